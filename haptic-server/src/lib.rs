@@ -1,0 +1,3 @@
+//! The 1 kHz servo process, the deformation solver, and the supervisor that guards the force.
+
+pub mod device;

@@ -1,0 +1,9 @@
+//! The wire of the suture-surgery server: POD messages (one file each), service names, versions,
+//! ports per role, run directory and trace format. No physics.
+
+pub mod scene_frame;
+pub mod servo_state;
+pub mod session_command;
+pub mod tissue_port;
+pub mod wire;
+pub mod wound_report;

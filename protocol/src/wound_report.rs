@@ -1,0 +1,90 @@
+//! `wound_report`: Table 1 live, the suture line, and how the solver does.
+
+use crate::wire::{Header, Message, fnv1a, pod};
+
+/// Ledger rows that fit one report (three scenes of up to 16 stitches).
+pub const MAX_LEDGER_ROWS: usize = 48;
+/// Points of the suture line that fit one report.
+pub const MAX_LINE_POINTS: usize = 128;
+
+pod! {
+    /// One row of Table 1.
+    pub struct LedgerRow {
+        /// Original position of the left suture point (when the stitch was finished), metres.
+        pub left_original_m: [f64; 3],
+        /// Current position of the left suture point, metres.
+        pub left_current_m: [f64; 3],
+        /// Original position of the right suture point, metres.
+        pub right_original_m: [f64; 3],
+        /// Current position of the right suture point, metres.
+        pub right_current_m: [f64; 3],
+        /// Distance of the open wound at this pair before suturing, metres.
+        pub open_distance_m: f64,
+        /// `D_o`: distance when the stitch was finished, metres.
+        pub original_distance_m: f64,
+        /// `D_c`: distance now, metres.
+        pub current_distance_m: f64,
+        /// `ER = |D_c − D_o| / max(D_o, D_floor)`.
+        pub relative_error: f64,
+        /// Force with which the control holds the stitch, newtons.
+        pub holding_force_n: f64,
+        /// Tension of the tied line in this stitch, newtons.
+        pub stitch_tension_n: f64,
+        /// Suture pair of its scene.
+        pub pair: u32,
+        /// Kind of the scene: 0 skin, 1 liver, 2 vessel.
+        pub scene_kind: u32,
+        /// Bit 0: control acts now. Bit 1: control has acted. Bit 2: knot has slipped. Bit 3: pulled through.
+        pub flags: u32,
+        /// Zero.
+        pub reserved: u32,
+    }
+}
+
+pod! {
+    /// Ledger, line and solver health.
+    pub struct WoundReport {
+        /// Header.
+        pub header: Header,
+        /// Rows in use.
+        pub row_count: u32,
+        /// Line points in use.
+        pub line_point_count: u32,
+        /// 0 control off, 1 on (sound), 2 paper.
+        pub control: u32,
+        /// Procedure: index of the scene at work.
+        pub scene_index: u32,
+        /// Procedure: number of scenes.
+        pub scene_count: u32,
+        /// Kind of the scene: 0 skin, 1 liver, 2 vessel.
+        pub scene_kind: u32,
+        /// Suturing stage as in `tissue_port`.
+        pub stage: u32,
+        /// Integrator: 0 semi-implicit, 1 paper explicit.
+        pub integrator: u32,
+        /// Sub-steps per solver step.
+        pub substeps: u32,
+        /// Sequence of the newest session command seen.
+        pub command_sequence: u32,
+        /// Its result: 0 none, 1 done, 2 refused.
+        pub command_result: u32,
+        /// Points of the hand that were taken so far.
+        pub points_taken: u32,
+        /// Solver steps done.
+        pub solver_steps: u64,
+        /// Simulated seconds.
+        pub sim_time_s: f64,
+        /// `S = λ dt² / (4m + 2c dt)` at load.
+        pub stability_number: f64,
+        /// Largest ER of the ledger.
+        pub er_max: f64,
+        /// Solver step time: mean of the last second, nanoseconds.
+        pub step_time_ns: u64,
+        /// Solver step time: longest since start, nanoseconds.
+        pub step_time_max_ns: u64,
+        /// Suture line points, metres.
+        pub line_m: [[f64; 3]; MAX_LINE_POINTS],
+        /// Table 1.
+        pub rows: [LedgerRow; MAX_LEDGER_ROWS],
+    }
+}

@@ -1,0 +1,5 @@
+//! The suture simulator of Zhang et al. as pure functions of their inputs: no clock, file, socket,
+//! environment or random source; equal inputs give equal bits.
+
+pub mod tissue;
+pub mod vector;
