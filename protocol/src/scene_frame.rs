@@ -4,7 +4,8 @@
 //! carries `u32` words: `3 · triangle_count` node indices, then `node_count` layer numbers, then
 //! `2 · pair_count` suture point nodes (left, right), then `edge_count` wound-edge nodes.
 
-use crate::wire::{Header, Message, fnv1a, pod};
+use crate::wire::{Header, message, pod};
+use iceoryx2::prelude::ZeroCopySend;
 
 /// Upper bound on nodes in a frame; a reader rejects more before it allocates.
 pub const MAX_NODES: usize = 1 << 20;
@@ -54,3 +55,17 @@ pod! {
         pub edge_count: u32,
     }
 }
+
+message!(FrameHeader, "scene_frame", parts: [FrameNode], check: |m| {
+    (m.node_count as usize > MAX_NODES).then_some("node_count")
+});
+message!(OutlineHeader, "scene_outline", parts: [], check: |m| {
+    if m.node_count as usize > MAX_NODES {
+        return Some("node_count");
+    }
+    let words = 3 * u64::from(m.triangle_count)
+        + u64::from(m.node_count)
+        + 2 * u64::from(m.pair_count)
+        + u64::from(m.edge_count);
+    (words > MAX_OUTLINE_WORDS as u64).then_some("triangle_count")
+});

@@ -3,7 +3,8 @@
 //! Device `d` owns handles `2d` and `2d + 1`: the suture point that the hand pulls, and its
 //! partner across the wound. SI units, scene frame.
 
-use crate::wire::{Header, Message, fnv1a, pod};
+use crate::wire::{Header, message, pod};
+use iceoryx2::prelude::ZeroCopySend;
 
 /// Devices that one server drives.
 pub const MAX_DEVICES: usize = 2;
@@ -85,3 +86,13 @@ pod! {
         pub handles: [HandleState; MAX_HANDLES],
     }
 }
+
+message!(ServoState, "servo_state", parts: [DeviceState, HandleState], check: |m| {
+    if m.handle_count as usize > MAX_HANDLES {
+        return Some("handle_count");
+    }
+    if m.mode > 5 {
+        return Some("mode");
+    }
+    (m.port_rung > 4).then_some("port_rung")
+});

@@ -1,6 +1,7 @@
 //! `session_command`: what a person asks of a running session.
 
-use crate::wire::{Header, Message, fnv1a, pod};
+use crate::wire::{Header, message, pod};
+use iceoryx2::prelude::ZeroCopySend;
 
 /// Reset the current scene to its start.
 pub const RESTORE: u32 = 1;
@@ -30,3 +31,7 @@ pod! {
         pub sender: u32,
     }
 }
+
+message!(SessionCommand, "session_command", parts: [], check: |m| {
+    (!(RESTORE..=REARM).contains(&m.command)).then_some("command")
+});

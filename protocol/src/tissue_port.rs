@@ -5,7 +5,8 @@
 //! and a trust radius. SI units, scene frame.
 
 use crate::servo_state::MAX_HANDLES;
-use crate::wire::{Header, Message, fnv1a, pod};
+use crate::wire::{Header, message, pod};
+use iceoryx2::prelude::ZeroCopySend;
 
 /// `HandlePort::mode`: the handle is not in use.
 pub const HANDLE_FREE: u32 = 0;
@@ -87,3 +88,19 @@ pod! {
         pub handles: [HandlePort; MAX_HANDLES],
     }
 }
+
+message!(TissuePort, "tissue_port", parts: [HandlePort], check: |m| {
+    if m.handle_count as usize > MAX_HANDLES {
+        return Some("handle_count");
+    }
+    if m.stage > 5 {
+        return Some("stage");
+    }
+    if m.handles.iter().any(|h| h.mode > HANDLE_LINKED) {
+        return Some("handles.mode");
+    }
+    if m.handles.iter().any(|h| h.mode != HANDLE_FREE && !(h.mass_kg > 0.0 && h.drag_n_s_per_m >= 0.0)) {
+        return Some("handles.mass_kg");
+    }
+    (!(m.capstan_ratio >= 0.0 && m.capstan_ratio <= 1.0)).then_some("capstan_ratio")
+});

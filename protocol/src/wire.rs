@@ -134,18 +134,105 @@ pub const fn fnv1a(text: &str) -> u64 {
     hash
 }
 
-/// Defines a `#[repr(C)]` part of a message and its layout text.
+/// What every field type of a message can do: start empty, and say whether it may be used.
+pub trait Field: Copy {
+    /// Zero.
+    const EMPTY: Self;
+    /// Whether every number in it is finite.
+    fn is_usable(&self) -> bool;
+}
+
+macro_rules! integer_field {
+    ($($ty:ty),*) => {$(
+        impl Field for $ty {
+            const EMPTY: Self = 0;
+            fn is_usable(&self) -> bool {
+                true
+            }
+        }
+    )*};
+}
+integer_field!(u32, u64);
+
+macro_rules! float_field {
+    ($($ty:ty),*) => {$(
+        impl Field for $ty {
+            const EMPTY: Self = 0.0;
+            fn is_usable(&self) -> bool {
+                self.is_finite()
+            }
+        }
+    )*};
+}
+float_field!(f32, f64);
+
+impl<T: Field, const N: usize> Field for [T; N] {
+    const EMPTY: Self = [T::EMPTY; N];
+    fn is_usable(&self) -> bool {
+        self.iter().all(Field::is_usable)
+    }
+}
+
+impl Field for Header {
+    const EMPTY: Self = Self { magic: 0, version: 0, layout_hash: 0, length: 0, sequence: 0, time_ns: 0 };
+    fn is_usable(&self) -> bool {
+        true
+    }
+}
+
+/// Defines a `#[repr(C)]` part of a message: its layout text, its empty value, its number check.
 macro_rules! pod {
     ($(#[$meta:meta])* pub struct $name:ident { $($(#[$fmeta:meta])* pub $field:ident : $ty:ty,)* }) => {
         $(#[$meta])*
         #[repr(C)]
-        #[derive(Clone, Copy, Debug, PartialEq, ::iceoryx2::prelude::ZeroCopySend)]
+        #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
         pub struct $name { $($(#[$fmeta])* pub $field: $ty,)* }
 
         impl $name {
             /// Field names and types in order; input of the layout hash.
-            pub const LAYOUT: &'static str = concat!(stringify!($name), "{", $(stringify!($field), ":", stringify!($ty), ";",)* "}");
+            pub const LAYOUT: &'static str =
+                concat!(stringify!($name), "{", $(stringify!($field), ":", stringify!($ty), ";",)* "}");
+
+            /// Name of the first field that holds a number which is not finite.
+            #[must_use]
+            pub fn first_unusable(&self) -> Option<&'static str> {
+                $(if !$crate::wire::Field::is_usable(&self.$field) { return Some(stringify!($field)); })*
+                None
+            }
+        }
+
+        impl $crate::wire::Field for $name {
+            const EMPTY: Self = Self { $($field: <$ty as $crate::wire::Field>::EMPTY,)* };
+            fn is_usable(&self) -> bool {
+                self.first_unusable().is_none()
+            }
         }
     };
 }
 pub(crate) use pod;
+
+/// Makes a `pod!` struct with a `header` field a [`Message`]: name, parts whose layout counts, and the
+/// range checks beyond finiteness (`|message| -> Option<&'static str>`).
+macro_rules! message {
+    ($ty:ident, $name:literal, parts: [$($part:ident),*], check: $check:expr) => {
+        impl $crate::wire::Message for $ty {
+            const NAME: &'static str = $name;
+            const LAYOUT_HASH: u64 = {
+                let hash = $crate::wire::fnv1a(Self::LAYOUT);
+                $(let hash = hash.rotate_left(1) ^ $crate::wire::fnv1a($part::LAYOUT);)*
+                hash
+            };
+            fn header(&self) -> &$crate::wire::Header {
+                &self.header
+            }
+            fn header_mut(&mut self) -> &mut $crate::wire::Header {
+                &mut self.header
+            }
+            fn first_bad_field(&self) -> Option<&'static str> {
+                let check: fn(&$ty) -> Option<&'static str> = $check;
+                self.first_unusable().or_else(|| check(self))
+            }
+        }
+    };
+}
+pub(crate) use message;

@@ -1,6 +1,7 @@
 //! `wound_report`: Table 1 live, the suture line, and how the solver does.
 
-use crate::wire::{Header, Message, fnv1a, pod};
+use crate::wire::{Header, message, pod};
+use iceoryx2::prelude::ZeroCopySend;
 
 /// Ledger rows that fit one report (three scenes of up to 16 stitches).
 pub const MAX_LEDGER_ROWS: usize = 48;
@@ -88,3 +89,10 @@ pod! {
         pub rows: [LedgerRow; MAX_LEDGER_ROWS],
     }
 }
+
+message!(WoundReport, "wound_report", parts: [LedgerRow], check: |m| {
+    if m.row_count as usize > MAX_LEDGER_ROWS {
+        return Some("row_count");
+    }
+    (m.line_point_count as usize > MAX_LINE_POINTS).then_some("line_point_count")
+});
