@@ -1,5 +1,6 @@
 //! The suture simulator of Zhang et al. as pure functions of their inputs: no clock, file, socket,
 //! environment or random source; equal inputs give equal bits.
 
+pub mod scene;
 pub mod tissue;
 pub mod vector;
