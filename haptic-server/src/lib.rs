@@ -1,3 +1,4 @@
 //! The 1 kHz servo process, the deformation solver, and the supervisor that guards the force.
 
 pub mod device;
+pub mod report;
