@@ -1,6 +1,7 @@
-//! What a run leaves behind: pictures (`radar`, `series`). Plain SVG text, made
+//! What a run leaves behind: pictures (`radar`, `series`) and tables (`tables`). Plain SVG and CSV text, made
 //! after the run; nothing here is near the servo.
 
 pub mod radar;
 pub mod series;
 mod svg;
+pub mod tables;
