@@ -6,6 +6,13 @@
 //! lockstep it advances a virtual one. Positions are metres in the scene frame
 //! (`scene_from_device` is applied inside the device).
 
+pub mod encoder;
+pub mod frame;
+pub mod omni;
+pub mod replay;
+pub mod simulated;
+pub mod velocity_filter;
+
 use sim_core::vector::Vec3;
 
 /// What a device reports at the start of a tick.
@@ -23,6 +30,21 @@ pub struct DeviceSample {
     pub buttons: u32,
     /// What this sample is worth.
     pub quality: SampleQuality,
+}
+
+impl DeviceSample {
+    /// A device that has not moved yet.
+    #[must_use]
+    pub fn resting(position_m: Vec3) -> Self {
+        Self {
+            time_ns: 0,
+            position_m,
+            velocity_m_per_s: Vec3::zeros(),
+            orientation: [0.0, 0.0, 0.0, 1.0],
+            buttons: 0,
+            quality: SampleQuality::Stale,
+        }
+    }
 }
 
 /// What a sample is worth.
@@ -54,6 +76,24 @@ pub struct DeviceLimits {
     pub stiffness_n_per_m: f64,
 }
 
+impl DeviceLimits {
+    /// The PHANTOM Omni and the Touch.
+    pub const OMNI: Self = Self { peak_force_n: 3.3, continuous_force_n: 0.88, stiffness_n_per_m: 500.0 };
+
+    /// What the motors make of a commanded force: its direction, at most the peak, nothing if not finite.
+    #[must_use]
+    pub fn saturate(&self, force_n: Vec3) -> Vec3 {
+        let size = force_n.norm();
+        if !size.is_finite() {
+            Vec3::zeros()
+        } else if size > self.peak_force_n {
+            force_n * (self.peak_force_n / size)
+        } else {
+            force_n
+        }
+    }
+}
+
 /// What a hand sees: enough for a synthetic surgeon to suture by eye.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandView {
@@ -79,6 +119,26 @@ pub struct HandView {
     pub gap_m: f64,
     /// A release at or below this distance ties the stitch, metres.
     pub closed_gap_m: f64,
+}
+
+impl HandView {
+    /// Before the first tissue port: nothing to see.
+    #[must_use]
+    pub fn unseen() -> Self {
+        Self {
+            valid: false,
+            stage: 0,
+            pair: 0,
+            pair_count: 0,
+            stitches: 0,
+            scene_generation: 0,
+            target_m: Vec3::zeros(),
+            target_normal: Vec3::z(),
+            across: Vec3::x(),
+            gap_m: 0.0,
+            closed_gap_m: 0.0,
+        }
+    }
 }
 
 /// Time of one tick.
