@@ -4,4 +4,5 @@
 pub mod kinematics;
 pub mod scene;
 pub mod tissue;
+pub mod units;
 pub mod vector;
