@@ -1,0 +1,218 @@
+//! Our own programs in a sandbox: a private run directory each, captured output, and nothing left behind.
+//!
+//! A [`Sandbox`] owns a folder of mode 0700 which its programs see as `XDG_RUNTIME_DIR`. A [`Program`] leads a process group
+//! of its own; dropped, the whole group is killed, so that no test can leave a servo or a solver running.
+
+use rustix::process::{Pid, Signal, kill_process_group};
+use std::ffi::OsStr;
+use std::os::unix::fs::DirBuilderExt;
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+/// How often a waiting test looks at its child.
+const LOOK_EVERY: Duration = Duration::from_millis(5);
+
+/// A private run directory.
+#[derive(Debug)]
+pub struct Sandbox {
+    folder: PathBuf,
+}
+
+/// A started program.
+#[derive(Debug)]
+pub struct Program {
+    child: Child,
+    stdout: PathBuf,
+    stderr: PathBuf,
+}
+
+/// What a program left when it ended.
+#[derive(Clone, Debug)]
+pub struct Ended {
+    /// Exit code; `None` when a signal ended it.
+    pub code: Option<i32>,
+    /// Standard output.
+    pub stdout: String,
+    /// Standard error.
+    pub stderr: String,
+}
+
+impl Sandbox {
+    /// A new folder of its own under the system's folder for temporary files.
+    ///
+    /// # Panics
+    /// When the folder cannot be made.
+    #[must_use]
+    pub fn new() -> Self {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let name = format!("suture-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+        let folder = std::env::temp_dir().join(name);
+        std::fs::DirBuilder::new().mode(0o700).create(&folder).expect("a sandbox needs a new folder");
+        Self { folder }
+    }
+
+    /// The folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Starts one of our programs in this sandbox.
+    ///
+    /// # Panics
+    /// When it cannot be built or started.
+    #[must_use]
+    pub fn start<A: AsRef<OsStr>>(&self, program: &Path, arguments: &[A]) -> Program {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let (stdout, stderr) = (self.folder.join(format!("{number}.out")), self.folder.join(format!("{number}.err")));
+        let file = |path: &Path| std::fs::File::create(path).expect("a sandbox is writable");
+        let child = Command::new(program)
+            .args(arguments)
+            .env("XDG_RUNTIME_DIR", &self.folder)
+            .env("NO_COLOR", "1")
+            .stdin(Stdio::null())
+            .stdout(file(&stdout))
+            .stderr(file(&stderr))
+            .process_group(0)
+            .spawn()
+            .unwrap_or_else(|error| panic!("{}: {error}", program.display()));
+        Program { child, stdout, stderr }
+    }
+}
+
+impl Default for Sandbox {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Drop for Sandbox {
+    fn drop(&mut self) {
+        let _already_gone = std::fs::remove_dir_all(&self.folder);
+    }
+}
+
+impl Program {
+    /// Process id.
+    #[must_use]
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Sends a signal to the program alone.
+    ///
+    /// # Panics
+    /// When the program is gone.
+    pub fn signal(&self, signal: Signal) {
+        rustix::process::kill_process(pid(&self.child), signal).expect("the program is there");
+    }
+
+    /// What it has written to standard error so far.
+    #[must_use]
+    pub fn stderr(&self) -> String {
+        std::fs::read_to_string(&self.stderr).unwrap_or_default()
+    }
+
+    /// Waits for the end; after `limit` the whole group is killed and the answer is an error with what it wrote.
+    ///
+    /// # Errors
+    /// The program did not end in time.
+    pub fn wait(mut self, limit: Duration) -> Result<Ended, String> {
+        // Wall clock: bounds a child that hangs; nothing is measured.
+        let deadline = Instant::now() + limit;
+        loop {
+            if let Ok(Some(status)) = self.child.try_wait() {
+                let stdout = std::fs::read_to_string(&self.stdout).unwrap_or_default();
+                return Ok(Ended { code: status.code(), stdout, stderr: self.stderr() });
+            }
+            // Wall clock: the same bound.
+            if Instant::now() >= deadline {
+                return Err(format!("did not end within {limit:?}; standard error:\n{}", self.stderr()));
+            }
+            std::thread::sleep(LOOK_EVERY);
+        }
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        let _already_gone = kill_process_group(pid(&self.child), Signal::KILL);
+        let _already_reaped = self.child.wait();
+    }
+}
+
+impl Ended {
+    /// Standard output as one JSON document.
+    ///
+    /// # Errors
+    /// What is wrong, with both outputs.
+    pub fn json(&self) -> Result<serde_json::Value, String> {
+        serde_json::from_str(&self.stdout)
+            .map_err(|error| format!("{error}\nstandard output:\n{}\nstandard error:\n{}", self.stdout, self.stderr))
+    }
+}
+
+fn pid(child: &Child) -> Pid {
+    Pid::from_child(child)
+}
+
+/// Path of one of our binaries, built when it is not up to date, in the profile of the running test.
+///
+/// # Panics
+/// When cargo cannot build it.
+#[must_use]
+pub fn binary(name: &str) -> PathBuf {
+    static BUILT: OnceLock<PathBuf> = OnceLock::new();
+    BUILT.get_or_init(build_binaries).join(name)
+}
+
+/// Builds every binary of the workspace once per test process and returns their folder.
+fn build_binaries() -> PathBuf {
+    let this = std::env::current_exe().expect("a test knows its own path");
+    // …/target/PROFILE/deps/NAME
+    let folder = this.ancestors().nth(2).expect("a test lies two folders below its profile's").to_path_buf();
+    let mut build = Command::new(env!("CARGO"));
+    build.args(["build", "--quiet", "--workspace", "--bins"]).current_dir(env!("CARGO_MANIFEST_DIR"));
+    if folder.ends_with("release") {
+        build.arg("--release");
+    }
+    let status = build.status().expect("cargo runs");
+    assert!(status.success(), "cargo could not build the binaries");
+    folder
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_program_that_hangs_is_killed_with_its_children() {
+        let sandbox = Sandbox::new();
+        let program = sandbox.start(Path::new("sh"), &["-c", "sleep 60 & echo $!; wait"]);
+        let out = program.stdout.clone();
+        let failed = program.wait(Duration::from_millis(300));
+        assert!(failed.is_err_and(|message| message.contains("did not end")));
+        let grandchild = std::fs::read_to_string(out).expect("the shell wrote its child's id");
+        let state = std::fs::read_to_string(format!("/proc/{}/stat", grandchild.trim())).unwrap_or_default();
+        assert!(state.is_empty() || state.contains(") Z "), "grandchild lives: {state}");
+    }
+
+    #[test]
+    fn output_and_exit_code_come_back_and_the_folder_goes() {
+        let sandbox = Sandbox::new();
+        let folder = sandbox.folder().to_path_buf();
+        let ended = sandbox
+            .start(Path::new("sh"), &["-c", "echo \"{\\\"dir\\\": \\\"$XDG_RUNTIME_DIR\\\"}\"; exit 65"])
+            .wait(Duration::from_secs(20))
+            .expect("the shell ends");
+        assert_eq!(ended.code, Some(65));
+        assert_eq!(ended.json().expect("JSON")["dir"], folder.to_string_lossy().as_ref());
+        drop(sandbox);
+        assert!(!folder.exists());
+    }
+}
