@@ -14,7 +14,7 @@ pub const MAX_OUTLINE_WORDS: usize = 1 << 24;
 
 pod! {
     /// One drawn node.
-    pub struct FrameNode {
+    pub struct FrameNode as "suture.v1.FrameNode" {
         /// Position, metres.
         pub position_m: [f32; 3],
         /// Reaction of the Long Range Attachments on this node, newtons.
@@ -24,7 +24,7 @@ pod! {
 
 pod! {
     /// User header of a frame.
-    pub struct FrameHeader {
+    pub struct FrameHeader as "suture.v1.FrameHeader" {
         /// Header; `length` is the size of this struct.
         pub header: Header,
         /// Matches the outline's generation.
@@ -38,7 +38,7 @@ pod! {
 
 pod! {
     /// User header of an outline.
-    pub struct OutlineHeader {
+    pub struct OutlineHeader as "suture.v1.OutlineHeader" {
         /// Header; `length` is the size of this struct.
         pub header: Header,
         /// Counts scene loads and restores.
@@ -56,6 +56,42 @@ pod! {
     }
 }
 
+/// The parts of an outline's words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OutlineParts<'w> {
+    /// Three node indices per triangle.
+    pub triangles: &'w [u32],
+    /// Layer number of every node.
+    pub layers: &'w [u32],
+    /// Left and right node of every suture pair.
+    pub pairs: &'w [u32],
+    /// Nodes of the wound edge.
+    pub edges: &'w [u32],
+}
+
+impl OutlineHeader {
+    /// Number of words that this header announces.
+    #[must_use]
+    pub fn words(&self) -> u64 {
+        3 * u64::from(self.triangle_count)
+            + u64::from(self.node_count)
+            + 2 * u64::from(self.pair_count)
+            + u64::from(self.edge_count)
+    }
+
+    /// Cuts the words into their parts; `None` when their number is not the announced one.
+    #[must_use]
+    pub fn split<'w>(&self, words: &'w [u32]) -> Option<OutlineParts<'w>> {
+        if words.len() as u64 != self.words() {
+            return None;
+        }
+        let (triangles, rest) = words.split_at(3 * self.triangle_count as usize);
+        let (layers, rest) = rest.split_at(self.node_count as usize);
+        let (pairs, edges) = rest.split_at(2 * self.pair_count as usize);
+        Some(OutlineParts { triangles, layers, pairs, edges })
+    }
+}
+
 message!(FrameHeader, "scene_frame", parts: [FrameNode], check: |m| {
     (m.node_count as usize > MAX_NODES).then_some("node_count")
 });
@@ -63,9 +99,5 @@ message!(OutlineHeader, "scene_outline", parts: [], check: |m| {
     if m.node_count as usize > MAX_NODES {
         return Some("node_count");
     }
-    let words = 3 * u64::from(m.triangle_count)
-        + u64::from(m.node_count)
-        + 2 * u64::from(m.pair_count)
-        + u64::from(m.edge_count);
-    (words > MAX_OUTLINE_WORDS as u64).then_some("triangle_count")
+    (m.words() > MAX_OUTLINE_WORDS as u64).then_some("triangle_count")
 });

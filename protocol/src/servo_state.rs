@@ -13,7 +13,7 @@ pub const MAX_HANDLES: usize = 4;
 
 pod! {
     /// One haptic device after the tick.
-    pub struct DeviceState {
+    pub struct DeviceState as "suture.v1.DeviceState" {
         /// Stylus position, metres, scene frame.
         pub position_m: [f64; 3],
         /// Filtered stylus velocity, metres per second.
@@ -37,7 +37,7 @@ pod! {
 
 pod! {
     /// One suture point integrated at 1 kHz (Zhang et al., Eq. (2)).
-    pub struct HandleState {
+    pub struct HandleState as "suture.v1.HandleState" {
         /// Position of the suture point, metres.
         pub position_m: [f64; 3],
         /// Velocity, metres per second.
@@ -55,7 +55,7 @@ pod! {
 
 pod! {
     /// The whole servo after one tick.
-    pub struct ServoState {
+    pub struct ServoState as "suture.v1.ServoState" {
         /// Header; `sequence` is the tick number from 1.
         pub header: Header,
         /// Epoch of the tissue port that was used.

@@ -19,7 +19,7 @@ pub const HANDLE_LINKED: u32 = 3;
 
 pod! {
     /// Affine port of one handle.
-    pub struct HandlePort {
+    pub struct HandlePort as "suture.v1.HandlePort" {
         /// Expansion point `x*`, metres.
         pub position_m: [f64; 3],
         /// Velocity at `x*`, metres per second.
@@ -45,7 +45,7 @@ pod! {
 
 pod! {
     /// Newest tissue state for the servo.
-    pub struct TissuePort {
+    pub struct TissuePort as "suture.v1.TissuePort" {
         /// Header.
         pub header: Header,
         /// Changes with topology, stitch set or handle assignment.

@@ -16,6 +16,7 @@ pub const WIRE_MAGIC: u32 = u32::from_le_bytes(*b"HSUT");
 /// The first field of every message.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
+#[type_name("suture.v1.Header")]
 pub struct Header {
     /// [`WIRE_MAGIC`].
     pub magic: u32,
@@ -32,7 +33,7 @@ pub struct Header {
 }
 
 /// A message of fixed layout with a [`Header`] in front.
-pub trait Message: Copy + Sized {
+pub trait Message: Field + Sized {
     /// Stable name of the message type, without version.
     const NAME: &'static str;
     /// FNV-1a hash of field names and types.
@@ -180,15 +181,26 @@ impl Field for Header {
     }
 }
 
-/// Defines a `#[repr(C)]` part of a message: its layout text, its empty value, its number check.
+/// Defines a `#[repr(C)]` part of a message: its name on the wire, its layout text, its empty value, its
+/// number check.
 macro_rules! pod {
-    ($(#[$meta:meta])* pub struct $name:ident { $($(#[$fmeta:meta])* pub $field:ident : $ty:ty,)* }) => {
+    ($(#[$meta:meta])* pub struct $name:ident as $wire:literal { $($(#[$fmeta:meta])* pub $field:ident : $ty:ty,)* }) => {
         $(#[$meta])*
         #[repr(C)]
         #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
+        #[type_name($wire)]
         pub struct $name { $($(#[$fmeta])* pub $field: $ty,)* }
 
+        impl Default for $name {
+            fn default() -> Self {
+                <Self as $crate::wire::Field>::EMPTY
+            }
+        }
+
         impl $name {
+            /// Name of this type in shared memory: stable across Rust paths, raised with the wire version.
+            pub const TYPE_NAME: &'static str = $wire;
+
             /// Field names and types in order; input of the layout hash.
             pub const LAYOUT: &'static str =
                 concat!(stringify!($name), "{", $(stringify!($field), ":", stringify!($ty), ";",)* "}");

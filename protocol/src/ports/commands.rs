@@ -1,0 +1,109 @@
+//! `session_command`: several senders, every command counts, so a queue instead of newest-wins.
+//!
+//! A queue of 16 per sender; when a receiver sleeps longer, the oldest commands are lost (safe
+//! overflow), because a sender must never wait for the solver.
+
+use super::latest::{BORROWED, publisher_error, receive_error, send_error, service_error, subscriber_error};
+use super::node::{name_of, required_layout, retried};
+use super::{MAX_NODES, MAX_RECEIVERS, PortError, PortNode, monotonic_ns};
+use crate::session_command::SessionCommand;
+use crate::wire::{Field, Message};
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::prelude::{BackpressureStrategy, ipc};
+use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
+
+/// Commands that wait for a receiver, per sender.
+const QUEUE: usize = 16;
+/// Programs that may send commands at the same time.
+const MAX_SENDERS: usize = 16;
+const TOPIC: &str = SessionCommand::NAME;
+
+fn open(node: &PortNode) -> Result<PortFactory<ipc::Service, SessionCommand, ()>, PortError> {
+    let name = name_of::<SessionCommand>()?;
+    let layout = required_layout::<SessionCommand>()?;
+    retried(|| {
+        node.node()
+            .service_builder(&name)
+            .publish_subscribe::<SessionCommand>()
+            .enable_safe_overflow(true)
+            .subscriber_max_buffer_size(QUEUE)
+            .history_size(0)
+            .subscriber_max_borrowed_samples(BORROWED)
+            .max_publishers(MAX_SENDERS)
+            .max_subscribers(MAX_RECEIVERS)
+            .max_nodes(MAX_NODES)
+            .open_or_create_with_attributes(&layout)
+            .map_err(|e| service_error::<SessionCommand>(&e))
+    })
+}
+
+/// Sends commands to the running session.
+#[derive(Debug)]
+pub struct SessionCommandPublisher {
+    publisher: Publisher<ipc::Service, SessionCommand, ()>,
+    sequence: u64,
+}
+
+impl SessionCommandPublisher {
+    /// Opens the topic for sending.
+    ///
+    /// # Errors
+    /// [`PortError::Full`], [`PortError::Incompatible`], [`PortError::Open`].
+    pub fn open(node: &PortNode) -> Result<Self, PortError> {
+        let service = open(node)?;
+        let publisher = retried(|| {
+            service
+                .publisher_builder()
+                .backpressure_strategy(BackpressureStrategy::DiscardData)
+                .max_loaned_samples(1)
+                .create()
+                .map_err(publisher_error::<SessionCommand>)
+        })?;
+        Ok(Self { publisher, sequence: 0 })
+    }
+
+    /// Sends one of the codes of [`crate::session_command`] and returns how many receivers got it.
+    ///
+    /// # Errors
+    /// [`PortError::Send`].
+    pub fn send(&mut self, command: u32) -> Result<usize, PortError> {
+        self.sequence += 1;
+        let mut message = SessionCommand { command, sender: std::process::id(), ..SessionCommand::EMPTY };
+        message.stamp(self.sequence, monotonic_ns());
+        message.validate()?;
+        self.publisher.send_copy(message).map_err(|e| send_error(TOPIC, &e))
+    }
+}
+
+/// Receives commands.
+#[derive(Debug)]
+pub struct SessionCommandSubscriber {
+    subscriber: Subscriber<ipc::Service, SessionCommand, ()>,
+}
+
+impl SessionCommandSubscriber {
+    /// Opens the topic for receiving.
+    ///
+    /// # Errors
+    /// [`PortError::Full`], [`PortError::Incompatible`], [`PortError::Open`].
+    pub fn open(node: &PortNode) -> Result<Self, PortError> {
+        let service = open(node)?;
+        let subscriber = retried(|| {
+            service.subscriber_builder().buffer_size(QUEUE).create().map_err(subscriber_error::<SessionCommand>)
+        })?;
+        Ok(Self { subscriber })
+    }
+
+    /// The next command, oldest first; `None` when none waits.
+    ///
+    /// # Errors
+    /// [`PortError::Rejected`] for a command that must not be obeyed (it is consumed),
+    /// [`PortError::Receive`].
+    pub fn next_command(&mut self) -> Result<Option<SessionCommand>, PortError> {
+        let Some(sample) = self.subscriber.receive().map_err(|e| receive_error(TOPIC, &e))? else { return Ok(None) };
+        let copy = *sample;
+        copy.validate()?;
+        Ok(Some(copy))
+    }
+}
