@@ -3,3 +3,4 @@
 pub mod device;
 pub mod hand;
 pub mod report;
+pub mod servo;

@@ -1,0 +1,366 @@
+//! The servo tick: a pure function of (sample, newest port, orders, state); no clock, no device, no heap.
+//!
+//! device sample → gate → button edges → ladder → coupling → force → state machine → safety → observer → `servo_state`.
+//! `thread.rs` calls it live, lockstep calls it against a virtual clock: equal inputs give equal bits.
+//! The gain on the force is the product of what state machine, ladder, samples and a stop order allow; it is applied
+//! before the safety stage, which has the last word. Metres, newtons, seconds, scene frame.
+//! Deliberately absent: a second device (handles 2 and 3 of the message stay free).
+
+use crate::device::{DeviceCommand, DeviceSample, HandView, TickTime};
+use crate::servo::clock::{MissCounter, Wakefulness};
+use crate::servo::coupling::{HANDLES_PER_DEVICE, Handles};
+use crate::servo::energy::EnergyObserver;
+use crate::servo::events::{EventBatch, EventKind, ServoEvent};
+use crate::servo::ladder::{Ladder, PortRefusal, Rung, Step};
+use crate::servo::params::ServoParams;
+use crate::servo::safety::{ForceStage, Released, Verdict};
+use crate::servo::sample::{Accepted, Buttons, SampleGate};
+use crate::servo::state_machine::{Link, Mode, Operator, ServoFault, Situation, StateMachine};
+use protocol::servo_state::ServoState;
+use protocol::tissue_port::TissuePort;
+use protocol::wire::{Field, Message};
+use sim_core::kinematics::coupling::StylusState;
+use sim_core::vector::Vec3;
+
+/// `servo_state` flag: no real-time rights.
+pub const FLAG_DEGRADED: u32 = 1;
+/// `servo_state` flag: a stop order is being followed.
+pub const FLAG_STOPPING: u32 = 2;
+/// A press of this button (the back one) re-arms after a fault; the front one sutures.
+const REARM_BUTTON: usize = 1;
+/// Longer ticks integrate as this many periods; the rest of the time is lost, not made up for.
+const LONGEST_TICK_PERIODS: f64 = 20.0;
+
+/// With which rights the servo runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rights {
+    /// Real-time scheduling and locked memory, or a virtual clock.
+    Full,
+    /// Neither can be promised.
+    Degraded,
+}
+
+/// Whether the servo should go on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum StopOrder {
+    /// Go on.
+    #[default]
+    GoOn,
+    /// Fade to zero force and end.
+    Stop,
+}
+
+/// Orders from outside the loop; counters, so that none is lost or taken twice.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Orders {
+    /// Deaths of the solver that the supervisor has reported since start.
+    pub solver_deaths: u32,
+    /// Re-arm commands since start.
+    pub rearms: u32,
+    /// Stop order.
+    pub stop: StopOrder,
+}
+
+/// What one tick needs.
+#[derive(Clone, Copy, Debug)]
+pub struct TickInput<'a> {
+    /// When.
+    pub time: TickTime,
+    /// From the device.
+    pub sample: &'a DeviceSample,
+    /// The newest port, when one has arrived since the last tick.
+    pub new_port: Option<&'a TissuePort>,
+    /// Orders.
+    pub orders: Orders,
+    /// Whether the machine slept since the last tick.
+    pub wakefulness: Wakefulness,
+}
+
+/// What one tick gives, beside [`Servo::state`].
+#[derive(Clone, Copy, Debug)]
+pub struct TickOutput {
+    /// For the device.
+    pub command: DeviceCommand,
+    /// What happened.
+    pub events: EventBatch,
+    /// `CLIP_…` bits of the safety stage.
+    pub clips: u32,
+}
+
+/// The servo of one device.
+#[derive(Clone, Debug)]
+pub struct Servo {
+    params: ServoParams,
+    rights: Rights,
+    machine: StateMachine,
+    gate: SampleGate,
+    buttons: Buttons,
+    ladder: Ladder,
+    handles: Handles,
+    stage: ForceStage,
+    observer: EnergyObserver,
+    misses: MissCounter,
+    verdict: Verdict,
+    last_rung: Rung,
+    rearms_seen: u32,
+    presses_seen: u32,
+    stopping_s: Option<f64>,
+    port: TissuePort,
+    state: ServoState,
+}
+
+impl Servo {
+    /// In Init, at zero force.
+    #[must_use]
+    pub fn new(params: &ServoParams, rights: Rights) -> Self {
+        let mut state = ServoState::EMPTY;
+        state.handle_count = HANDLES_PER_DEVICE as u32;
+        for device in &mut state.devices {
+            device.orientation = [0.0, 0.0, 0.0, 1.0];
+        }
+        Self {
+            params: *params,
+            rights,
+            machine: StateMachine::new(params.rhythm),
+            gate: SampleGate::new(params.sample),
+            buttons: Buttons::new(&params.sample),
+            ladder: Ladder::new(params.ladder),
+            handles: Handles::new(params.coupling),
+            stage: ForceStage::new(params.safety, params.rhythm.period_s),
+            observer: EnergyObserver::default(),
+            misses: MissCounter::default(),
+            verdict: Verdict::Usable,
+            last_rung: Rung::None,
+            rearms_seen: 0,
+            presses_seen: 0,
+            stopping_s: None,
+            port: TissuePort::EMPTY,
+            state,
+        }
+    }
+
+    /// One tick.
+    pub fn tick(&mut self, input: &TickInput<'_>) -> TickOutput {
+        let period_s = self.params.rhythm.period_s;
+        let dt_s = Some(input.time.dt_s).filter(|dt| dt.is_finite()).unwrap_or(period_s);
+        let dt_s = dt_s.clamp(0.0, LONGEST_TICK_PERIODS * period_s);
+        let tick = self.state.ticks + 1;
+        let mut news = News { tick, time_ns: input.time.now_ns, batch: EventBatch::new() };
+
+        let missed = self.misses.measure(input.time.scheduled_ns, self.params.period_ns());
+        if missed > 0 {
+            news.tell(EventKind::TicksMissed(missed));
+        }
+        let operator = self.operator(input.orders);
+        let answer = self.gate.tick(input.sample, dt_s, period_s);
+        if let Some(refusal) = answer.refusal {
+            news.tell(EventKind::SampleRefused(refusal));
+        }
+        if let Some(sample) = answer.sample {
+            self.buttons.tick(sample.buttons, input.time.now_ns);
+        }
+        let step = self.take_port(input, answer.sample, &mut news);
+
+        let stylus = answer.sample.map_or_else(StylusState::default, |s| StylusState {
+            position_m: s.position_m,
+            velocity_m_per_s: s.velocity_m_per_s,
+        });
+        let wanted = match answer.sample {
+            Some(_) => self.handles.tick(stylus, step.rung, dt_s),
+            None => Vec3::zeros(),
+        };
+        self.tell_handles(&mut news);
+
+        let situation = Situation {
+            fault: self.fault(input.wakefulness, answer.fault),
+            link: link(answer.sample, step.rung),
+            wanted_n: wanted.norm(),
+            operator,
+        };
+        self.move_machine(&situation, dt_s, &mut news);
+        let gain = self.machine.gain() * step.gain * answer.gain * self.stop_gain(input.orders.stop, dt_s, &mut news);
+        let released = self.stage.release(wanted * gain, input.time.dt_s);
+        self.verdict = released.verdict;
+        if let Some(sample) = answer.sample {
+            self.observer.measure(sample.position_m, released.command.force_n);
+        }
+        self.fill(input, answer.sample, step, wanted, &released);
+        TickOutput { command: released.command, events: news.batch, clips: released.clips }
+    }
+
+    /// The servo after the last tick.
+    #[must_use]
+    pub fn state(&self) -> &ServoState {
+        &self.state
+    }
+
+    /// Mode of the state machine.
+    #[must_use]
+    pub fn mode(&self) -> Mode {
+        self.machine.mode()
+    }
+
+    /// Whether a stop order has been followed to its end: the force is zero.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        // The low-pass needs a few more ticks than the gain to come to rest.
+        self.stopping_s.is_some_and(|s| s >= 1.2 * self.params.rhythm.stop_s)
+    }
+
+    /// What the hand sees: the newest port.
+    #[must_use]
+    pub fn view(&self) -> HandView {
+        let port = &self.port;
+        HandView {
+            valid: port.header.sequence > 0,
+            stage: port.stage,
+            pair: port.pair,
+            pair_count: port.pair_count,
+            stitches: port.stitches,
+            scene_generation: port.scene_generation,
+            target_m: Vec3::from(port.target_m),
+            target_normal: Vec3::from(port.target_normal),
+            across: Vec3::from(port.across),
+            gap_m: port.gap_m,
+            closed_gap_m: port.closed_gap_m,
+        }
+    }
+
+    /// Whether the operator re-arms in this tick: by command, or by a press of the back button since the last tick.
+    fn operator(&mut self, orders: Orders) -> Operator {
+        let presses = self.buttons.press_count[REARM_BUTTON];
+        let is_asked = orders.rearms != self.rearms_seen || presses != self.presses_seen;
+        (self.rearms_seen, self.presses_seen) = (orders.rearms, presses);
+        if is_asked && self.machine.mode() == Mode::Fault {
+            self.gate.reset();
+            return Operator::Rearm;
+        }
+        Operator::Silent
+    }
+
+    fn take_port(&mut self, input: &TickInput<'_>, sample: Option<Accepted>, news: &mut News) -> Step {
+        if let Some(port) = input.new_port {
+            match self.ladder.accept(port, input.time.now_ns) {
+                Ok(()) => {
+                    self.port = *port;
+                    self.handles.take(port, sample.map_or_else(Vec3::zeros, |s| s.position_m));
+                }
+                Err(PortRefusal::Older) => {}
+                Err(refusal) => news.tell(EventKind::PortRefused(refusal)),
+            }
+        }
+        let step = self.ladder.tick(input.time.now_ns, input.orders.solver_deaths);
+        let from = std::mem::replace(&mut self.last_rung, step.rung);
+        if from != step.rung {
+            news.tell(EventKind::RungChanged { from, to: step.rung, age_ns: step.age_ns });
+        }
+        step
+    }
+
+    fn fault(&self, wakefulness: Wakefulness, of_samples: Option<ServoFault>) -> Option<ServoFault> {
+        if wakefulness == Wakefulness::Suspended {
+            Some(ServoFault::Suspended)
+        } else if of_samples.is_some() {
+            of_samples
+        } else if self.misses.in_a_row >= u64::from(self.params.rhythm.missed_fault_ticks) {
+            Some(ServoFault::DeadlineMissed)
+        } else {
+            (self.verdict == Verdict::NotFinite).then_some(ServoFault::ForceNotFinite)
+        }
+    }
+
+    fn move_machine(&mut self, situation: &Situation, dt_s: f64, news: &mut News) {
+        let Some(from) = self.machine.tick(situation, dt_s) else { return };
+        let to = self.machine.mode();
+        news.tell(EventKind::ModeChanged { from, to });
+        match self.machine.fault() {
+            Some(fault) => news.tell(EventKind::Faulted(fault)),
+            None if from == Mode::Fault => news.tell(EventKind::Rearmed),
+            None => {}
+        }
+    }
+
+    fn stop_gain(&mut self, order: StopOrder, dt_s: f64, news: &mut News) -> f64 {
+        if order == StopOrder::Stop && self.stopping_s.is_none() {
+            self.stopping_s = Some(0.0);
+            news.tell(EventKind::Stopping);
+        }
+        let Some(elapsed_s) = &mut self.stopping_s else { return 1.0 };
+        *elapsed_s += dt_s;
+        (1.0 - *elapsed_s / self.params.rhythm.stop_s).max(0.0)
+    }
+
+    fn tell_handles(&mut self, news: &mut News) {
+        let states = self.handles.states();
+        for (handle, (told, state)) in (0..).zip(self.handles.take_news().into_iter().zip(states)) {
+            if told.changed {
+                news.tell(EventKind::HandleChanged { handle, mode: state.mode, pair: state.pair });
+            }
+            if told.left_trust {
+                news.tell(EventKind::OutsideTrust { handle });
+            }
+            if told.was_reset {
+                news.tell(EventKind::HandleReset { handle });
+            }
+        }
+    }
+
+    /// Writes `servo_state`.
+    fn fill(
+        &mut self,
+        input: &TickInput<'_>,
+        sample: Option<Accepted>,
+        step: Step,
+        wanted: Vec3,
+        released: &Released,
+    ) {
+        let state = &mut self.state;
+        state.ticks += 1;
+        state.missed = self.misses.total;
+        state.port_epoch = self.port.epoch;
+        state.port_sequence = self.port.header.sequence;
+        state.port_age_ns = step.age_ns;
+        state.port_rung = step.rung.code();
+        state.mode = self.machine.mode().code();
+        state.fault = self.machine.fault().map_or(0, ServoFault::code);
+        state.flags = u32::from(self.rights == Rights::Degraded) * FLAG_DEGRADED
+            + u32::from(self.stopping_s.is_some()) * FLAG_STOPPING;
+        state.energy_to_hand_j = self.observer.given_j();
+        let device = &mut state.devices[0];
+        if let Some(sample) = sample {
+            device.position_m = sample.position_m.into();
+            device.velocity_m_per_s = sample.velocity_m_per_s.into();
+            device.orientation = sample.orientation;
+        }
+        device.present = u32::from(sample.is_some());
+        device.force_n = released.command.force_n.into();
+        device.unclipped_force_n = wanted.map(|n| if n.is_finite() { n } else { 0.0 }).into();
+        device.buttons = self.buttons.level;
+        device.press_count = self.buttons.press_count;
+        device.release_count = self.buttons.release_count;
+        state.handles[..HANDLES_PER_DEVICE].copy_from_slice(&self.handles.states());
+        let sequence = state.ticks;
+        state.stamp(sequence, input.time.now_ns);
+    }
+}
+
+/// Collects the events of one tick.
+struct News {
+    tick: u64,
+    time_ns: u64,
+    batch: EventBatch,
+}
+
+impl News {
+    fn tell(&mut self, kind: EventKind) {
+        self.batch.push(ServoEvent { tick: self.tick, time_ns: self.time_ns, kind });
+    }
+}
+
+fn link(sample: Option<Accepted>, rung: Rung) -> Link {
+    match (sample, rung) {
+        (None, _) | (_, Rung::None) => Link::None,
+        (_, Rung::Affine) => Link::Good,
+        (_, Rung::OneRing | Rung::Frozen | Rung::Decay) => Link::Late,
+    }
+}
