@@ -136,14 +136,8 @@ impl Handles {
                     capstan_ratio: context.capstan_ratio,
                 };
                 let anchors = (near.blended(self.params.blend_s), partner.blended(self.params.blend_s));
-                let out = tick_pulled(
-                    (near.node, &anchors.0),
-                    (partner.node, &anchors.1),
-                    stylus,
-                    &line,
-                    port_rung,
-                    dt_s,
-                );
+                let out =
+                    tick_pulled((near.node, &anchors.0), (partner.node, &anchors.1), stylus, &line, port_rung, dt_s);
                 near.settle(out.right, out.hand_force_n + out.link_force_n, out.right_flags, stylus.position_m);
                 partner.settle(out.left, -out.link_force_n, out.left_flags, stylus.position_m);
                 near.line_tension_n = out.tension_n;

@@ -85,7 +85,13 @@ pub struct LadderParams {
 
 impl Default for LadderParams {
     fn default() -> Self {
-        Self { solver_period_s: 0.005, affine_periods: 2.0, one_ring_until_s: 0.050, frozen_until_s: 0.250, decay_s: 0.100 }
+        Self {
+            solver_period_s: 0.005,
+            affine_periods: 2.0,
+            one_ring_until_s: 0.050,
+            frozen_until_s: 0.250,
+            decay_s: 0.100,
+        }
     }
 }
 
@@ -284,8 +290,7 @@ pub(in crate::servo) fn to_ns(seconds: f64) -> u64 {
 mod tests {
     use super::*;
 
-    const OMNI: DeviceLimits =
-        DeviceLimits { peak_force_n: 3.3, continuous_force_n: 0.88, stiffness_n_per_m: 500.0 };
+    const OMNI: DeviceLimits = DeviceLimits { peak_force_n: 3.3, continuous_force_n: 0.88, stiffness_n_per_m: 500.0 };
 
     #[test]
     fn defaults_are_valid_and_the_weaker_of_device_and_configuration_counts() {

@@ -206,8 +206,7 @@ impl StateMachine {
 mod tests {
     use super::*;
 
-    const QUIET: Situation =
-        Situation { fault: None, link: Link::Good, wanted_n: 0.0, operator: Operator::Silent };
+    const QUIET: Situation = Situation { fault: None, link: Link::Good, wanted_n: 0.0, operator: Operator::Silent };
     const DT: f64 = 0.001;
 
     /// A machine that was led into `mode` by its own rules.

@@ -306,14 +306,7 @@ impl Servo {
     }
 
     /// Writes `servo_state`.
-    fn fill(
-        &mut self,
-        input: &TickInput<'_>,
-        sample: Option<Accepted>,
-        step: Step,
-        wanted: Vec3,
-        released: &Released,
-    ) {
+    fn fill(&mut self, input: &TickInput<'_>, sample: Option<Accepted>, step: Step, wanted: Vec3, released: &Released) {
         let state = &mut self.state;
         state.ticks += 1;
         state.missed = self.misses.total;
