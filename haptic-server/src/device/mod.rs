@@ -11,6 +11,7 @@ pub mod frame;
 pub mod omni;
 pub mod replay;
 pub mod simulated;
+pub mod stylus;
 pub mod velocity_filter;
 
 use sim_core::vector::Vec3;

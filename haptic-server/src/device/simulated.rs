@@ -1,14 +1,14 @@
-//! A haptic device that does not exist: 45 g of stylus with friction, held by a hand, measured by encoders.
+//! A haptic device that does not exist: a stylus with friction, held by a hand, measured by encoders.
 //!
-//! Sub-steps of 50 µs, implicit in damper, spring and friction, so that no step length and no friction
-//! can create energy: `(m + h b + h² k) v⁺ = m v + h (k (x_t + h v_t − x) + b_h v_t + F) − h f_c d`, where d is the
-//! direction of v⁺, or whatever |d| ≤ 1 holds the stylus still (Coulomb friction with true sticking, solved
-//! exactly). m = stylus + hand, b = viscous + hand damper, k = hand spring, F = the commanded force, at most the
-//! device's peak. Forces 3.3 N and 0.88 N are the Omni's figures; mass, friction and hand are model
-//! parameters. SI units, scene frame; no clock, no randomness, no heap in `sample` and `command`.
-//! Deliberately absent: direction-dependent inertia, gravity, motor temperature.
+//! Each tick runs the mechanics of [`StylusState`] in sub-steps of 50 µs (20 per millisecond) from the
+//! last scheduled time to this one, under the force commanded last, with the hand's wish going evenly from its
+//! last to its new place; then the encoders measure ([`encoder`]) and the velocity filter follows. The
+//! limits 3.3 N, 0.88 N and 500 N/m are the Omni's figures; mass, friction and hand are model parameters.
+//! SI units, scene frame; the result depends on scheduled times only; no heap in `sample` and `command`.
+//! Deliberately absent: joint limits, motor temperature, failures.
 
 use crate::device::frame::SceneFromDevice;
+use crate::device::stylus::{StylusParams, StylusState};
 use crate::device::velocity_filter::{DEFAULT_CUTOFF_HZ, VelocityFilter};
 use crate::device::{
     Device, DeviceCommand, DeviceLimits, DeviceSample, HandView, PulledDevice, SampleQuality, ServoRoom, TickTime,
@@ -24,44 +24,20 @@ const MAX_SUBSTEPS: u64 = 400;
 /// Gimbal angles of the stylus as the hand holds it: tip down and forward, radians.
 const HELD_GIMBAL_RAD: [f64; 3] = [0.0, 0.8, 0.0];
 
-/// How a hand holds the stylus: mass, damper and spring between stylus and wish (model parameters).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HandImpedance {
-    /// Mass that moves with the stylus, kilograms.
-    pub mass_kg: f64,
-    /// Damping against the wished motion, newton seconds per metre.
-    pub damping_n_s_per_m: f64,
-    /// Stiffness towards the wished position, newtons per metre.
-    pub stiffness_n_per_m: f64,
-}
-
 /// What the simulated device is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SimulatedDeviceParams {
-    /// Apparent mass at the stylus, kilograms (model parameter, from the data sheet's 45 g).
-    pub stylus_mass_kg: f64,
-    /// Coulomb friction when driven back, newtons (model parameter, quoted 0.26 N).
-    pub coulomb_friction_n: f64,
-    /// Viscous friction, newton seconds per metre (model parameter).
-    pub viscous_friction_n_s_per_m: f64,
-    /// What the device can do (device facts: 3.3 N, 0.88 N, 500 N/m).
+    /// Mass, friction and grip (model parameters).
+    pub stylus: StylusParams,
+    /// What the device can do (device facts).
     pub limits: DeviceLimits,
     /// Corner of the velocity filter, hertz.
     pub velocity_cutoff_hz: f64,
-    /// The hand's grip; `None`: nobody holds the stylus.
-    pub grip: Option<HandImpedance>,
 }
 
 impl Default for SimulatedDeviceParams {
     fn default() -> Self {
-        Self {
-            stylus_mass_kg: 0.045,
-            coulomb_friction_n: 0.26,
-            viscous_friction_n_s_per_m: 0.75,
-            limits: DeviceLimits::OMNI,
-            velocity_cutoff_hz: DEFAULT_CUTOFF_HZ,
-            grip: Some(HandImpedance { mass_kg: 0.1, damping_n_s_per_m: 4.0, stiffness_n_per_m: 300.0 }),
-        }
+        Self { stylus: StylusParams::default(), limits: DeviceLimits::OMNI, velocity_cutoff_hz: DEFAULT_CUTOFF_HZ }
     }
 }
 
@@ -71,8 +47,7 @@ pub struct SimulatedDevice {
     frame: SceneFromDevice,
     hand: Box<dyn Hand>,
     filter: VelocityFilter,
-    position_m: Vec3,
-    velocity_m_per_s: Vec3,
+    stylus: StylusState,
     force_n: Vec3,
     wish: HandTarget,
     /// Scheduled time up to which the model has run, and its own time, nanoseconds.
@@ -96,8 +71,7 @@ impl SimulatedDevice {
             frame,
             hand,
             filter: VelocityFilter::new(params.velocity_cutoff_hz),
-            position_m: start_m,
-            velocity_m_per_s: Vec3::zeros(),
+            stylus: StylusState { position_m: start_m, velocity_m_per_s: Vec3::zeros() },
             force_n: Vec3::zeros(),
             wish: HandTarget { position_m: start_m, buttons: 0 },
             clock: None,
@@ -105,16 +79,10 @@ impl SimulatedDevice {
         }
     }
 
-    /// True stylus position (not the encoders'), metres, scene frame.
+    /// True motion of the stylus (not what the encoders say), scene frame.
     #[must_use]
-    pub fn true_position_m(&self) -> Vec3 {
-        self.position_m
-    }
-
-    /// True stylus velocity, metres per second, scene frame.
-    #[must_use]
-    pub fn true_velocity_m_per_s(&self) -> Vec3 {
-        self.velocity_m_per_s
+    pub fn true_state(&self) -> StylusState {
+        self.stylus
     }
 
     /// Asks the hand; a wish that is not finite is ignored.
@@ -128,7 +96,7 @@ impl SimulatedDevice {
         let Some(clock) = self.clock else {
             self.clock = Some(Clock { scheduled_ns, model_ns: 0 });
             self.wish = self.ask(0, view);
-            self.position_m = self.wish.position_m;
+            self.stylus.position_m = self.wish.position_m;
             return 0.0;
         };
         let due = scheduled_ns.saturating_sub(clock.scheduled_ns) / SUBSTEP_NS;
@@ -142,29 +110,12 @@ impl SimulatedDevice {
         self.wish = self.ask(model_ns, view);
         let elapsed_s = (count * SUBSTEP_NS) as f64 * 1e-9;
         let wish_velocity = (self.wish.position_m - from) / elapsed_s;
+        let substep_s = SUBSTEP_NS as f64 * 1e-9;
         for i in 0..count {
-            self.substep(from + (self.wish.position_m - from) * (i as f64 / count as f64), wish_velocity);
+            let wish_m = from + (self.wish.position_m - from) * (i as f64 / count as f64);
+            self.stylus.step(&self.params.stylus, wish_m, wish_velocity, self.force_n, substep_s);
         }
         elapsed_s
-    }
-
-    /// One implicit sub-step with exact Coulomb friction; the wish is where it was at the start of it.
-    fn substep(&mut self, wish_m: Vec3, wish_velocity: Vec3) {
-        let h = SUBSTEP_NS as f64 * 1e-9;
-        let p = &self.params;
-        let grip = p.grip.unwrap_or(HandImpedance { mass_kg: 0.0, damping_n_s_per_m: 0.0, stiffness_n_per_m: 0.0 });
-        let mass = p.stylus_mass_kg + grip.mass_kg;
-        let force = (wish_m + wish_velocity * h - self.position_m) * grip.stiffness_n_per_m
-            + wish_velocity * grip.damping_n_s_per_m
-            + self.force_n;
-        let resistance =
-            mass + h * (p.viscous_friction_n_s_per_m + grip.damping_n_s_per_m) + h * h * grip.stiffness_n_per_m;
-        let impulse = self.velocity_m_per_s * mass + force * h;
-        let friction = h * p.coulomb_friction_n;
-        let size = impulse.norm();
-        self.velocity_m_per_s =
-            if size <= friction { Vec3::zeros() } else { impulse * ((1.0 - friction / size) / resistance) };
-        self.position_m += self.velocity_m_per_s * h;
     }
 }
 
@@ -176,7 +127,7 @@ impl PulledDevice for SimulatedDevice {
             self.sample = DeviceSample { time_ns: time.now_ns, quality: SampleQuality::Stale, ..self.sample };
             return self.sample;
         }
-        let measured = encoder::measure(self.frame.inverse_point(self.position_m));
+        let measured = encoder::measure(self.frame.inverse_point(self.stylus.position_m));
         let position_m = self.frame.point(measured.position_m);
         self.sample = DeviceSample {
             time_ns: time.now_ns,
@@ -205,5 +156,91 @@ impl Device for SimulatedDevice {
 
     fn run(&mut self, room: &mut dyn ServoRoom) {
         run_pulled(self, room);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Largest error of a measured position: half a count of each joint.
+    const ENCODER_M: f64 = 8e-5;
+
+    struct Still(Vec3);
+
+    impl Hand for Still {
+        fn target(&mut self, _time_s: f64, _view: &HandView) -> HandTarget {
+            HandTarget { position_m: self.0, buttons: 0 }
+        }
+    }
+
+    fn device(params: SimulatedDeviceParams, wish_m: Vec3) -> SimulatedDevice {
+        let mut device =
+            SimulatedDevice::new(params, SceneFromDevice::workspace_at(Vec3::zeros()), Box::new(Still(wish_m)));
+        device.sample(at(0), &HandView::unseen());
+        device
+    }
+
+    fn at(tick: u64) -> TickTime {
+        TickTime { scheduled_ns: tick * 1_000_000, now_ns: tick * 1_000_000, dt_s: 1e-3 }
+    }
+
+    /// Where the stylus comes to rest when the hand wants to be 8 mm deep in a wall of 500 N/m at x = 0.
+    fn rest_against_wall(params: SimulatedDeviceParams) -> f64 {
+        let mut device = device(params, Vec3::new(-0.008, 0.0, 0.0));
+        device.stylus.position_m = Vec3::new(0.01, 0.0, 0.0);
+        for tick in 1..3000 {
+            let x = device.sample(at(tick), &HandView::unseen()).position_m.x;
+            device.command(DeviceCommand { force_n: Vec3::new(500.0 * (-x).max(0.0), 0.0, 0.0) });
+        }
+        device.true_state().position_m.x
+    }
+
+    #[test]
+    fn the_hand_rests_on_a_spring_wall_where_statics_puts_it() {
+        let expected_m = -300.0 * 0.008 / (300.0 + 500.0);
+        let stylus = StylusParams { coulomb_friction_n: 0.0, ..StylusParams::default() };
+        let smooth = rest_against_wall(SimulatedDeviceParams { stylus, ..SimulatedDeviceParams::default() });
+        assert!((smooth - expected_m).abs() < ENCODER_M, "{smooth} against {expected_m}");
+        let band_m = 0.26 / (300.0 + 500.0);
+        let rough = rest_against_wall(SimulatedDeviceParams::default());
+        assert!((rough - expected_m).abs() < band_m + ENCODER_M, "{rough} outside the friction band");
+    }
+
+    #[test]
+    fn the_motors_saturate_at_the_peak_and_ignore_what_is_not_finite() {
+        let mut device = device(SimulatedDeviceParams::default(), Vec3::zeros());
+        device.command(DeviceCommand { force_n: Vec3::new(30.0, 40.0, 0.0) });
+        assert!((device.force_n - Vec3::new(1.98, 2.64, 0.0)).amax() < 1e-12);
+        device.command(DeviceCommand { force_n: Vec3::new(f64::NAN, 0.0, 0.0) });
+        assert_eq!(device.force_n, Vec3::zeros());
+    }
+
+    #[test]
+    fn late_ticks_change_nothing_and_a_stall_stops_the_model() {
+        let start = Vec3::new(0.02, 0.01, 0.0);
+        let run = |ticks: &[u64]| {
+            let mut device = device(SimulatedDeviceParams::default(), Vec3::zeros());
+            device.stylus.position_m = start;
+            for &tick in ticks {
+                device.sample(at(tick), &HandView::unseen());
+            }
+            device.true_state().position_m
+        };
+        assert_eq!(run(&[1, 2, 3, 4, 5, 6]), run(&[1, 4, 6]), "a missed tick is made up by sub-steps");
+        assert_eq!(run(&[20]), run(&[5_000_000]), "a stall runs 20 ms at most");
+        let mut device = device(SimulatedDeviceParams::default(), Vec3::zeros());
+        assert_eq!(device.sample(at(1), &HandView::unseen()).quality, SampleQuality::Fresh);
+        assert_eq!(device.sample(at(1), &HandView::unseen()).quality, SampleQuality::Stale);
+    }
+
+    proptest! {
+        #[test]
+        fn the_measured_position_is_the_true_one_within_half_counts(x in -0.07..0.07, y in -0.03..0.03, z in -0.05..0.05) {
+            let mut device = device(SimulatedDeviceParams::default(), Vec3::new(x, y, z));
+            let sample = device.sample(at(1), &HandView::unseen());
+            prop_assert!((sample.position_m - device.true_state().position_m).norm() < 2.0 * ENCODER_M);
+        }
     }
 }

@@ -7,6 +7,14 @@
 //! ([`registration`]) and made continuous ([`resample`]). Everything is read and allocated before the
 //! first tick; [`Hand::target`] uses no heap. Metres, seconds, scene frame once registered.
 
+pub mod csv;
+#[cfg(test)]
+mod csv_tests;
+mod file_fault;
+pub mod gripper;
+
+pub use file_fault::HandFileFault;
+
 use crate::device::HandView;
 use sim_core::vector::Vec3;
 
