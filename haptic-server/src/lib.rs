@@ -1,6 +1,15 @@
 //! The 1 kHz servo process, the deformation solver, and the supervisor that guards the force.
 
+pub mod cli;
 pub mod device;
+pub mod error;
+pub mod exit;
 pub mod hand;
+pub mod logging;
 pub mod report;
+pub mod scene_file;
 pub mod servo;
+pub mod servo_link;
+pub mod solver;
+pub mod summary;
+pub mod supervisor;

@@ -1,0 +1,296 @@
+//! The command line of `haptic-server` and `deformation-solver`.
+//!
+//! Names and values here are a contract with other people's scripts: add, don't rename. A wrong
+//! command line ends with exit code 64 (`EX_USAGE`), which is not clap's own code, so parsing goes
+//! through [`parse`]. Deliberately absent: what the commands do (see `dispatch`).
+
+pub mod choice;
+
+use crate::exit;
+use choice::{ControlChoice, DeviceChoice, HandChoice, HandSide, ProcedureChoice, SceneChoice};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Longest run that is accepted, seconds: a year.
+const LONGEST_RUN_S: f64 = 366.0 * 86_400.0;
+
+/// Real-time haptic suture-surgery server.
+#[derive(Debug, Parser)]
+#[command(name = "haptic-server", version, about, arg_required_else_help = true)]
+pub struct ServerCli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// Subcommands of `haptic-server`.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Runs device, servo and tissue live until the work is done or Ctrl-C.
+    Run(RunArgs),
+    /// Runs the same code in one process against a virtual clock; bit-identical results.
+    Lockstep(LockstepArgs),
+    /// Converts a hand recording between CSV and MCAP.
+    Convert {
+        /// Recording to read (.csv or .mcap).
+        input: PathBuf,
+        /// File to write (.mcap or .csv).
+        output: PathBuf,
+    },
+    /// Says what a recording, scene file or mesh holds.
+    Inspect {
+        /// File to look at.
+        file: PathBuf,
+        /// One JSON document on stdout.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Scene files.
+    #[command(subcommand)]
+    Scene(SceneCommand),
+    /// Removes what killed servers left behind.
+    Clean,
+    /// Prints a completion script.
+    Completions {
+        /// The shell it is for.
+        shell: clap_complete::Shell,
+    },
+    /// Tells a running server what the session shall do.
+    Session {
+        /// The command.
+        #[arg(value_enum)]
+        action: SessionAction,
+    },
+    /// The servo process; started by `run`.
+    #[command(hide = true)]
+    Servo,
+}
+
+/// `scene …`.
+#[derive(Debug, Subcommand)]
+pub enum SceneCommand {
+    /// Loads a scene file with its mesh and says what would be simulated.
+    Check {
+        /// Scene file.
+        file: PathBuf,
+        /// One JSON document on stdout.
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+/// `session …`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SessionAction {
+    /// Reset the current scene to its start.
+    Restore,
+    /// Go to the next scene of the procedure.
+    Next,
+    /// Go to the previous scene of the procedure.
+    Previous,
+    /// Tie the stitch at work now.
+    Tie,
+    /// Suture control on.
+    ControlOn,
+    /// Suture control off.
+    ControlOff,
+    /// Suture control as printed in the paper.
+    ControlPaper,
+    /// Re-arm the servo after a fault.
+    Rearm,
+}
+
+/// What is simulated.
+#[derive(Clone, Debug, Args)]
+pub struct SceneArgs {
+    /// Scene: skin, liver, vessel or a scene file.
+    #[arg(long, value_name = "SCENE", default_value = "skin", conflicts_with = "procedure")]
+    pub scene: SceneChoice,
+    /// Several scenes in a row.
+    #[arg(long, value_enum)]
+    pub procedure: Option<ProcedureChoice>,
+    /// Supervision of the finished stitches.
+    #[arg(long, value_enum, default_value = "on")]
+    pub control: ControlChoice,
+}
+
+impl SceneArgs {
+    /// Scene or procedure for reports.
+    #[must_use]
+    pub fn label(&self) -> String {
+        self.procedure.map_or_else(|| self.scene.to_string(), |p| p.to_string())
+    }
+}
+
+/// Who moves the stylus.
+#[derive(Clone, Debug, Args)]
+pub struct HandArgs {
+    /// Hand that moves the stylus: synthetic, or a recording (CSV or MCAP).
+    #[arg(long, value_name = "synthetic|FILE", default_value = "synthetic")]
+    pub hand: HandChoice,
+    /// Which hand of a two-handed recording holds the needle.
+    #[arg(long, value_enum, default_value = "right")]
+    pub hand_side: HandSide,
+}
+
+/// `run …`.
+#[derive(Clone, Debug, Args)]
+pub struct RunArgs {
+    /// What is simulated.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Device: simulated, replay:FILE, pointer, openhaptics[:NAME], hid[:PATH], firewire.
+    #[arg(long, value_name = "DEVICE", default_value = "simulated")]
+    pub device: DeviceChoice,
+    /// Who moves the stylus.
+    #[command(flatten)]
+    pub hand: HandArgs,
+    /// Start a viewer.
+    #[arg(long)]
+    pub viewer: bool,
+    /// Record to an MCAP file.
+    #[arg(long, value_name = "FILE.mcap")]
+    pub record: Option<PathBuf>,
+    /// End after this many seconds.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub duration: Option<f64>,
+    /// Drive a real device even without real-time rights.
+    #[arg(long)]
+    pub allow_no_rt: bool,
+    /// Print one JSON document on stdout and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `lockstep …`.
+#[derive(Clone, Debug, Args)]
+pub struct LockstepArgs {
+    /// What is simulated.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Who moves the stylus.
+    #[command(flatten)]
+    pub hand: HandArgs,
+    /// Simulated seconds; without it until the hand has finished.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub duration: Option<f64>,
+    /// Folder for ticks.csv, ledger.csv, radar.svg, force.svg, summary.json.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Folder for tissue frames.
+    #[arg(long, value_name = "DIR")]
+    pub frames: Option<PathBuf>,
+    /// Print one JSON document on stdout and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// The tissue process of the suture-surgery server.
+#[derive(Debug, Parser)]
+#[command(name = "deformation-solver", version, about)]
+pub struct SolverCli {
+    /// What is simulated.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Run directory of the server; without it the one of the running server.
+    #[arg(long, value_name = "DIR")]
+    pub run_dir: Option<PathBuf>,
+    /// Solver period, seconds; without it the scene's own.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub period: Option<f64>,
+    /// Every step takes this many periods (fault tests).
+    #[arg(long, value_name = "FACTOR", value_parser = slow_down, default_value = "1", hide = true)]
+    pub slow_down: f64,
+    /// Process id of the server that started this one; it ends with that process.
+    #[arg(long, value_name = "PID", hide = true)]
+    pub guarded_by: Option<u32>,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(s) if s > 0.0 && s <= LONGEST_RUN_S => Ok(s),
+        _ => Err(format!("give seconds, more than 0 and at most {LONGEST_RUN_S}")),
+    }
+}
+
+fn slow_down(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(f) if (1.0..=1e4).contains(&f) => Ok(f),
+        _ => Err("give a factor from 1 to 10000".to_owned()),
+    }
+}
+
+/// Parses the command line; on failure (or for `--help`) prints and gives the exit code.
+///
+/// # Errors
+/// The exit code to end with: 0 after help or version, 64 after a wrong command line.
+pub fn parse<C: Parser>(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> Result<C, u8> {
+    C::try_parse_from(arguments).map_err(|error| {
+        // Nothing can be done when even the message cannot be written.
+        let _ = error.print();
+        if error.use_stderr() { exit::USAGE } else { exit::OK }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    fn server(line: &str) -> Result<ServerCli, u8> {
+        parse(std::iter::once("haptic-server").chain(line.split_whitespace()).map(std::ffi::OsString::from))
+    }
+
+    #[test]
+    fn the_definition_is_consistent() {
+        ServerCli::command().debug_assert();
+        SolverCli::command().debug_assert();
+    }
+
+    #[test]
+    fn without_options_run_is_skin_simulated_synthetic() {
+        let Ok(ServerCli { command: Command::Run(run) }) = server("run") else { panic!("run must parse") };
+        assert_eq!(run.scene.scene, SceneChoice::Skin);
+        assert_eq!(run.device, DeviceChoice::Simulated);
+        assert_eq!(run.hand.hand, HandChoice::Synthetic);
+        assert!(run.duration.is_none() && run.record.is_none() && !run.json && !run.viewer);
+    }
+
+    #[test]
+    fn the_documented_lines_parse() {
+        for line in [
+            "run --scene vessel --device replay:a.csv --record out.mcap --duration 60 --allow-no-rt --json --viewer",
+            "run --procedure liver-surgery --hand trace.csv --hand-side left",
+            "lockstep --scene my.toml --hand synthetic --duration 2.5 --control paper --out d --frames f --json",
+            "convert a.csv b.mcap",
+            "inspect a.mcap --json",
+            "scene check s.toml --json",
+            "clean",
+            "completions bash",
+            "session control-paper",
+            "session rearm",
+            "servo",
+        ] {
+            assert!(server(line).is_ok(), "{line}");
+        }
+    }
+
+    #[test]
+    fn a_wrong_line_ends_with_64() {
+        for line in [
+            "",
+            "fly",
+            "run --duration 0",
+            "run --duration nan",
+            "run --scene skn",
+            "run --scene skin --procedure liver-surgery",
+            "lockstep --control maybe",
+            "session jump",
+            "convert only-one",
+        ] {
+            assert_eq!(server(line).err(), Some(exit::USAGE), "{line:?}");
+        }
+        assert_eq!(server("--version").err(), Some(exit::OK));
+        assert_eq!(server("run --help").err(), Some(exit::OK));
+    }
+}

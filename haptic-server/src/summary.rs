@@ -1,0 +1,231 @@
+//! What a run reports at its end, for a person and as one JSON document.
+//!
+//! The keys of the JSON are a contract with other people's scripts (add, don't rename); the struct's field
+//! names are those keys. Nanosecond percentiles come from fixed-size histograms. Deliberately absent: how the
+//! numbers were measured (see `servo::stats` and the solver's report).
+
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Percentiles of one duration, nanoseconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Percentiles {
+    /// Median.
+    pub p50: u64,
+    /// 99 %.
+    pub p99: u64,
+    /// 99.9 %.
+    pub p999: u64,
+    /// Largest.
+    pub max: u64,
+}
+
+impl From<&hdrhistogram::Histogram<u64>> for Percentiles {
+    fn from(h: &hdrhistogram::Histogram<u64>) -> Self {
+        Self {
+            p50: h.value_at_quantile(0.5),
+            p99: h.value_at_quantile(0.99),
+            p999: h.value_at_quantile(0.999),
+            max: h.max(),
+        }
+    }
+}
+
+/// The summary of `run` and `lockstep`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RunSummary {
+    /// Scene or procedure.
+    pub scene: String,
+    /// Device that was driven.
+    pub device: String,
+    /// Who moved the stylus.
+    pub hand: String,
+    /// How a recorded hand was placed onto the wound, in words; empty for others.
+    pub registration: String,
+    /// Seconds of servo work (simulated seconds in lockstep).
+    pub duration_s: f64,
+    /// Ticks executed.
+    pub ticks: u64,
+    /// Ticks missed.
+    pub missed: u64,
+    /// Wake-up lateness.
+    pub wake_ns: Percentiles,
+    /// Time inside one tick.
+    pub compute_ns: Percentiles,
+    /// Age of the tissue port when used.
+    pub port_age_ns: Percentiles,
+    /// Largest force sent to the hand, newtons.
+    pub peak_force_n: f64,
+    /// Energy given to the hand, joules; negative when the hand gave it.
+    pub net_energy_to_hand_j: f64,
+    /// Stitches tied.
+    pub stitches: u32,
+    /// Suture points that the hand took.
+    pub points_taken: u32,
+    /// Largest ER of the ledger.
+    pub er_max: f64,
+    /// Solver steps done.
+    pub solver_steps: u64,
+    /// Times the solver was started again after it died.
+    pub solver_restarts: u32,
+    /// Integrator.
+    pub integrator: String,
+    /// `S = λ dt² / (4m + 2c dt)`.
+    pub stability_number: f64,
+    /// Servo state at the end.
+    pub state: String,
+    /// Faults of the run, oldest first.
+    pub faults: Vec<String>,
+    /// Whether something that the figures depend on was missing.
+    pub degraded: bool,
+    /// What was missing, and how to get it.
+    pub degraded_reasons: Vec<String>,
+    /// Simulated seconds per second of wall time.
+    pub realtime_factor: f64,
+    /// Version of the binary.
+    pub version: String,
+}
+
+/// Name of the integrator code of `wound_report`.
+#[must_use]
+pub fn integrator_name(code: u32) -> &'static str {
+    match code {
+        0 => "semi_implicit",
+        1 => "paper_explicit",
+        _ => "unknown",
+    }
+}
+
+/// Name of the servo mode code of `servo_state`.
+#[must_use]
+pub fn servo_state_name(code: u32) -> &'static str {
+    match code {
+        0 => "init",
+        1 => "monitor",
+        2 => "armed",
+        3 => "ramp",
+        4 => "active",
+        5 => "fault",
+        _ => "unknown",
+    }
+}
+
+impl RunSummary {
+    /// One JSON document in one line.
+    ///
+    /// # Errors
+    /// None in practice: the struct has string keys and finite numbers only.
+    pub fn to_json(&self) -> Result<String, serde_json::Error> {
+        serde_json::to_string(self)
+    }
+}
+
+/// Nanoseconds in a unit that a person reads.
+struct Ns(u64);
+
+impl fmt::Display for Ns {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Reading precision only: three digits are enough.
+        let ns = self.0 as f64;
+        match self.0 {
+            0..10_000 => write!(f, "{ns} ns"),
+            10_000..10_000_000 => write!(f, "{:.1} µs", ns / 1e3),
+            _ => write!(f, "{:.1} ms", ns / 1e6),
+        }
+    }
+}
+
+impl fmt::Display for Percentiles {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "p50 {} · p99 {} · p99.9 {} · max {}", Ns(self.p50), Ns(self.p99), Ns(self.p999), Ns(self.max))
+    }
+}
+
+impl fmt::Display for RunSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "scene            {} on {}, hand {}", self.scene, self.device, self.hand)?;
+        if !self.registration.is_empty() {
+            writeln!(f, "registration     {}", self.registration)?;
+        }
+        writeln!(f, "duration         {:.3} s, {:.1} × real time", self.duration_s, self.realtime_factor)?;
+        writeln!(f, "servo            {} ticks, {} missed, state {}", self.ticks, self.missed, self.state)?;
+        writeln!(f, "wake-up          {}", self.wake_ns)?;
+        writeln!(f, "tick             {}", self.compute_ns)?;
+        writeln!(f, "tissue port age  {}", self.port_age_ns)?;
+        writeln!(
+            f,
+            "force            peak {:.3} N, net energy to the hand {:+.3e} J",
+            self.peak_force_n, self.net_energy_to_hand_j
+        )?;
+        writeln!(
+            f,
+            "suturing         {} stitches, {} points taken, largest ER {:.2} %",
+            self.stitches,
+            self.points_taken,
+            100.0 * self.er_max
+        )?;
+        writeln!(
+            f,
+            "solver           {} steps, {} restarts, {}, S = {:.4}",
+            self.solver_steps, self.solver_restarts, self.integrator, self.stability_number
+        )?;
+        for fault in &self.faults {
+            writeln!(f, "fault            {fault}")?;
+        }
+        for reason in &self.degraded_reasons {
+            writeln!(f, "degraded         {reason}")?;
+        }
+        write!(f, "version          {}", self.version)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The keys that scripts rely on.
+    const KEYS: [&str; 19] = [
+        "scene",
+        "device",
+        "duration_s",
+        "ticks",
+        "missed",
+        "wake_ns",
+        "compute_ns",
+        "port_age_ns",
+        "peak_force_n",
+        "net_energy_to_hand_j",
+        "stitches",
+        "er_max",
+        "solver_steps",
+        "integrator",
+        "stability_number",
+        "state",
+        "faults",
+        "degraded",
+        "realtime_factor",
+    ];
+
+    #[test]
+    fn the_json_has_the_promised_keys() {
+        let text = RunSummary { version: "1".into(), ..Default::default() }.to_json().expect("representable");
+        let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        for key in KEYS.iter().chain(&["version", "points_taken", "solver_restarts", "hand", "registration"]) {
+            assert!(json.get(key).is_some(), "{key}");
+        }
+        for key in ["p50", "p99", "p999", "max"] {
+            assert!(json["wake_ns"].get(key).is_some(), "{key}");
+        }
+        assert!(!text.contains('\n'));
+    }
+
+    #[test]
+    fn percentiles_of_a_known_histogram() {
+        let mut h = hdrhistogram::Histogram::<u64>::new_with_bounds(1, 1_000_000_000, 3).expect("bounds");
+        for v in 1..=1000 {
+            h.record(v).expect("in range");
+        }
+        let p = Percentiles::from(&h);
+        assert_eq!((p.p50, p.p99, p.p999, p.max), (500, 990, 999, 1000));
+    }
+}
