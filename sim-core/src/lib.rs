@@ -6,3 +6,4 @@ pub mod scene;
 pub mod tissue;
 pub mod units;
 pub mod vector;
+pub mod wound;
