@@ -10,7 +10,10 @@ pub mod params;
 mod patch_select;
 pub mod surface;
 pub mod suture_pair;
+pub mod ttsm;
 pub mod utsm;
 
+#[cfg(test)]
+mod lattice_tests;
 #[cfg(test)]
 mod test_support;

@@ -1,6 +1,7 @@
 //! Parameters that the tests of the tissue models share: Table 2 of Zhang et al. on a wound of a
 //! given size.
 
+use super::model::{Tissue, TissueError};
 use super::params::{DragReading, FamilyFactors, MaterialParams, PatchDepth, WoundParams};
 use crate::units::{KilogramsPerCubicMetre, Metres, NewtonSecondsPerMetre, NewtonsPerMetre};
 
@@ -33,4 +34,9 @@ pub(super) fn wound(length_mm: f64, gap_mm: f64, depth_mm: f64) -> WoundParams {
         patch_radius: mm(3.0),
         patch_depth: PatchDepth::CutLayers,
     }
+}
+
+/// The sentence of a refused build; empty where the build went through.
+pub(super) fn refusal(built: Result<Tissue, TissueError>) -> String {
+    built.err().map(|e| e.to_string()).unwrap_or_default()
 }

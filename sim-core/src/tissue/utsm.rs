@@ -144,7 +144,7 @@ pub fn build(params: &UtsmParams) -> Result<Tissue, TissueError> {
 mod tests {
     use super::*;
     use crate::tissue::network::SpringFamily;
-    use crate::tissue::test_support::{material, mm, wound};
+    use crate::tissue::test_support::{material, mm, refusal, wound};
 
     fn skin() -> UtsmParams {
         UtsmParams {
@@ -231,7 +231,7 @@ mod tests {
             (UtsmParams { pre_strain: f64::NAN, ..skin() }, "pre-strain"),
         ];
         for (params, words) in cases {
-            let text = build(&params).err().map(|e| e.to_string()).unwrap_or_default();
+            let text = refusal(build(&params));
             assert!(text.contains(words), "“{text}” lacks “{words}”");
         }
     }
