@@ -12,6 +12,9 @@ pub mod csv;
 mod csv_tests;
 mod file_fault;
 pub mod gripper;
+pub mod recorded;
+pub mod registration;
+pub mod resample;
 
 pub use file_fault::HandFileFault;
 
@@ -62,6 +65,11 @@ pub enum RecordingFault {
     /// A value that is not a finite number.
     #[error("sample {0} of the hand recording is not a finite number; remove it")]
     NotFinite(usize),
+    /// A rate that is not positive or gives too many samples.
+    #[error(
+        "the hand recording cannot be resampled at this rate; choose a positive rate that gives at most a million samples"
+    )]
+    Rate,
 }
 
 impl HandRecording {
