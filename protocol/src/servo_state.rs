@@ -3,6 +3,7 @@
 //! Device `d` owns handles `2d` and `2d + 1`: the suture point that the hand pulls, and its
 //! partner across the wound. SI units, scene frame.
 
+use crate::tissue_port::HANDLE_LINKED;
 use crate::wire::{Header, message, pod};
 use iceoryx2::prelude::ZeroCopySend;
 
@@ -93,6 +94,9 @@ message!(ServoState, "servo_state", parts: [DeviceState, HandleState], check: |m
     }
     if m.mode > 5 {
         return Some("mode");
+    }
+    if m.handles.iter().any(|h| h.mode > HANDLE_LINKED) {
+        return Some("handles.mode");
     }
     (m.port_rung > 4).then_some("port_rung")
 });

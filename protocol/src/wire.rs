@@ -141,6 +141,9 @@ pub trait Field: Copy {
     const EMPTY: Self;
     /// Whether every number in it is finite.
     fn is_usable(&self) -> bool;
+    /// Builds a value from arbitrary bits, for tests that play a hostile writer.
+    #[cfg(test)]
+    fn from_bits(bits: &mut dyn FnMut() -> u64) -> Self;
 }
 
 macro_rules! integer_field {
@@ -150,27 +153,39 @@ macro_rules! integer_field {
             fn is_usable(&self) -> bool {
                 true
             }
+            #[cfg(test)]
+            fn from_bits(bits: &mut dyn FnMut() -> u64) -> Self {
+                bits() as $ty
+            }
         }
     )*};
 }
 integer_field!(u32, u64);
 
 macro_rules! float_field {
-    ($($ty:ty),*) => {$(
+    ($($ty:ty as $bits:ty),*) => {$(
         impl Field for $ty {
             const EMPTY: Self = 0.0;
             fn is_usable(&self) -> bool {
                 self.is_finite()
             }
+            #[cfg(test)]
+            fn from_bits(bits: &mut dyn FnMut() -> u64) -> Self {
+                <$ty>::from_bits(bits() as $bits)
+            }
         }
     )*};
 }
-float_field!(f32, f64);
+float_field!(f32 as u32, f64 as u64);
 
 impl<T: Field, const N: usize> Field for [T; N] {
     const EMPTY: Self = [T::EMPTY; N];
     fn is_usable(&self) -> bool {
         self.iter().all(Field::is_usable)
+    }
+    #[cfg(test)]
+    fn from_bits(bits: &mut dyn FnMut() -> u64) -> Self {
+        std::array::from_fn(|_| T::from_bits(bits))
     }
 }
 
@@ -178,6 +193,17 @@ impl Field for Header {
     const EMPTY: Self = Self { magic: 0, version: 0, layout_hash: 0, length: 0, sequence: 0, time_ns: 0 };
     fn is_usable(&self) -> bool {
         true
+    }
+    #[cfg(test)]
+    fn from_bits(bits: &mut dyn FnMut() -> u64) -> Self {
+        Self {
+            magic: bits() as u32,
+            version: bits() as u32,
+            layout_hash: bits(),
+            length: bits(),
+            sequence: bits(),
+            time_ns: bits(),
+        }
     }
 }
 
@@ -218,7 +244,14 @@ macro_rules! pod {
             fn is_usable(&self) -> bool {
                 self.first_unusable().is_none()
             }
+            #[cfg(test)]
+            fn from_bits(bits: &mut dyn FnMut() -> u64) -> Self {
+                Self { $($field: <$ty as $crate::wire::Field>::from_bits(bits),)* }
+            }
         }
+
+        // Padding would carry whatever was in memory across the process boundary.
+        const _: () = assert!(size_of::<$name>() == 0 $(+ size_of::<$ty>())*, "padding inside a message");
     };
 }
 pub(crate) use pod;
@@ -248,3 +281,6 @@ macro_rules! message {
     };
 }
 pub(crate) use message;
+
+#[cfg(test)]
+mod tests;

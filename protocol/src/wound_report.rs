@@ -94,5 +94,11 @@ message!(WoundReport, "wound_report", parts: [LedgerRow], check: |m| {
     if m.row_count as usize > MAX_LEDGER_ROWS {
         return Some("row_count");
     }
+    if m.stage > 5 {
+        return Some("stage");
+    }
+    if m.control > 2 {
+        return Some("control");
+    }
     (m.line_point_count as usize > MAX_LINE_POINTS).then_some("line_point_count")
 });

@@ -72,7 +72,7 @@ fn the_latest_tissue_port_wins_across_threads() {
         for epoch in 1..=100 {
             publisher.send(&mut port(epoch)).unwrap();
         }
-        drop(until_read.recv());
+        let _ = until_read.recv();
     });
     let last = wait_for(|| receiver.newest().unwrap().filter(|p| p.epoch == 100));
     assert_eq!(last.header.sequence, 100);
@@ -195,7 +195,7 @@ fn a_second_publisher_is_refused_while_the_first_lives() {
     TissuePortPublisher::open(&run.node()).unwrap();
 }
 
-#[expect(unreachable_pub, reason = "the macro makes public types")]
+#[expect(dead_code, unreachable_pub, reason = "the macro makes whole public types")]
 mod other_layout {
     use crate::wire::{Header, message, pod};
     use iceoryx2::prelude::ZeroCopySend;
