@@ -1,0 +1,130 @@
+//! Which integrator moves the nodes, and the one loop that moves them.
+//!
+//! An explicit velocity update is `v⁺ = keep · v + gain · F`, `x⁺ = x + h v⁺`, with two factors per
+//! node; each integrator of that shape is one file that gives the factors. Nodes that may not move
+//! have both factors 0, so the loop has no branch for them.
+//! Other shapes (Verlet, BDF2) get their own file and their own arm here.
+
+use crate::finite::is_finite;
+use crate::tissue::network::TissueState;
+use crate::tissue::{paper_explicit, semi_implicit};
+use crate::vector::Vec3;
+
+/// Integrators to choose from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Integrator {
+    /// Semi-implicit Euler with implicit drag.
+    #[default]
+    SemiImplicit,
+    /// The paper's explicit form, as printed.
+    PaperExplicit,
+}
+
+/// Velocity update of one node.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NodeFactors {
+    /// Share of the old velocity that stays.
+    pub keep: f64,
+    /// Velocity gained per newton, metres per second.
+    pub gain_s_per_kg: f64,
+}
+
+/// What an advance had to hold back.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AdvanceCounts {
+    /// Nodes whose step was cut to the displacement limit.
+    pub saturated: u32,
+    /// Nodes put back to their last good position.
+    pub contained: u32,
+}
+
+impl Integrator {
+    /// Name as printed in reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::SemiImplicit => "semi_implicit",
+            Self::PaperExplicit => "paper_explicit",
+        }
+    }
+
+    /// Factors of one node for a step of `h` seconds.
+    #[must_use]
+    pub fn factors(self, mass_kg: f64, drag_n_s_per_m: f64, h: f64) -> NodeFactors {
+        match self {
+            Self::SemiImplicit => semi_implicit::factors(mass_kg, drag_n_s_per_m, h),
+            Self::PaperExplicit => paper_explicit::factors(mass_kg, drag_n_s_per_m, h),
+        }
+    }
+}
+
+/// Moves all nodes by one step of `h` seconds under `force_n`. No node moves farther than `limit_m`.
+pub fn advance(
+    factors: &[NodeFactors],
+    force_n: &[Vec3],
+    state: &mut TissueState,
+    h: f64,
+    limit_m: f64,
+) -> AdvanceCounts {
+    let mut counts = AdvanceCounts::default();
+    let limit_squared = limit_m * limit_m;
+    let nodes = state.position_m.iter_mut().zip(&mut state.velocity_m_per_s).zip(factors).zip(force_n);
+    for (((x, v), f), force) in nodes {
+        let mut velocity = *v * f.keep + force * f.gain_s_per_kg;
+        let mut shift = velocity * h;
+        let squared = shift.norm_squared();
+        if squared > limit_squared {
+            let scale = limit_m / squared.sqrt();
+            shift *= scale;
+            velocity *= scale;
+            counts.saturated += 1;
+        }
+        let moved = *x + shift;
+        if is_finite(&moved) && is_finite(&velocity) {
+            *x = moved;
+            *v = velocity;
+        } else {
+            *v = Vec3::zeros();
+            counts.contained += 1;
+        }
+    }
+    counts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn one(x: Vec3, v: Vec3) -> TissueState {
+        TissueState { position_m: vec![x], velocity_m_per_s: vec![v] }
+    }
+
+    #[test]
+    fn a_node_without_gain_stays_where_it_is() {
+        let mut state = one(Vec3::new(1.0, 2.0, 3.0), Vec3::new(9.0, 9.0, 9.0));
+        let counts = advance(&[NodeFactors::default()], &[Vec3::repeat(1e6)], &mut state, 1e-3, 1.0);
+        assert_eq!(state, one(Vec3::new(1.0, 2.0, 3.0), Vec3::zeros()));
+        assert_eq!(counts, AdvanceCounts::default());
+    }
+
+    #[test]
+    fn a_huge_force_moves_a_node_by_the_limit_only() {
+        let factors = [Integrator::SemiImplicit.factors(1e-3, 0.0, 1e-3)];
+        let mut state = one(Vec3::zeros(), Vec3::zeros());
+        let counts = advance(&factors, &[Vec3::new(0.0, 1e6, 0.0)], &mut state, 1e-3, 1e-3);
+        assert_eq!(counts, AdvanceCounts { saturated: 1, contained: 0 });
+        // One rounding of a product.
+        assert!((state.position_m[0].y - 1e-3).abs() < 1e-18 && (state.velocity_m_per_s[0].y - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_force_that_is_not_a_number_leaves_the_last_good_position() {
+        let factors = [Integrator::SemiImplicit.factors(1e-3, 1.0, 1e-3)];
+        for bad in [f64::NAN, f64::INFINITY] {
+            let mut state = one(Vec3::new(1e-3, 0.0, 0.0), Vec3::new(1.0, 0.0, 0.0));
+            let counts = advance(&factors, &[Vec3::new(0.0, bad, 0.0)], &mut state, 1e-3, 1e-3);
+            assert_eq!(counts.contained, 1, "{bad}");
+            assert_eq!(state, one(Vec3::new(1e-3, 0.0, 0.0), Vec3::zeros()));
+        }
+    }
+}

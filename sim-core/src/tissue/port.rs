@@ -1,0 +1,136 @@
+//! The affine port of a handle: the tissue as the hand feels it until the next step.
+//!
+//! `F = f* − S (x − x*)`. `f*` in newtons: springs from outside the patch, attachment and pair reactions at
+//! the end of the step. One-ring stiffness `K₁ = Σ k (n nᵀ + g (I − n nᵀ))` over the springs that cross the
+//! patch boundary, plus pulling links. `S`: step stiffness of `condensation`, symmetric, eigenvalues
+//! clamped to [least, largest of `K₁`]. Over-estimating is the safe side (numerics: haptic coupling).
+//! Deliberately absent: the patch's own mass and drag in `S`; the servo's node equation has them.
+
+use crate::tissue::condensation::Condensation;
+use crate::tissue::constraint::Pairs;
+use crate::tissue::force::{eq3_spring_force, spring_stiffness};
+use crate::tissue::handle::Handle;
+use crate::tissue::network::SpringNetwork;
+use crate::tissue::patch_set::PatchSet;
+use crate::tissue::regulation::Attachments;
+use crate::vector::{Mat3, Vec3};
+
+/// Parameters of the ports.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PortParams {
+    /// Mesh rings around the patch that give way; the nodes beyond are held, which over-estimates `S`.
+    pub rings: u32,
+    /// Steps between two refreshes of `S`; `f*` and the one-ring stiffness are new in every step.
+    pub refresh_steps: u32,
+    /// Least eigenvalue of `S`, newtons per metre.
+    pub minimum_stiffness_n_per_m: f64,
+    /// The affine law is trusted for `|x − x*|` up to this, metres.
+    pub trust_radius_m: f64,
+    /// Relative residual at which a solve ends.
+    pub tolerance: f64,
+    /// Most iterations of a solve.
+    pub max_iterations: u32,
+}
+
+impl Default for PortParams {
+    fn default() -> Self {
+        Self {
+            rings: 3,
+            refresh_steps: 4,
+            minimum_stiffness_n_per_m: 1.0,
+            trust_radius_m: 2e-3,
+            tolerance: 1e-3,
+            max_iterations: 40,
+        }
+    }
+}
+
+/// Affine port of one handle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Port {
+    /// Expansion point `x*`, metres.
+    pub position_m: Vec3,
+    /// Velocity there, metres per second.
+    pub velocity_m_per_s: Vec3,
+    /// Force of the tissue on the patch, newtons.
+    pub force_n: Vec3,
+    /// Step stiffness `S`, newtons per metre.
+    pub step_stiffness_n_per_m: Mat3,
+    /// One-ring stiffness, newtons per metre.
+    pub one_ring_n_per_m: Mat3,
+    /// The affine law is trusted up to this distance, metres.
+    pub trust_radius_m: f64,
+    /// Mass of the patch, kilograms.
+    pub mass_kg: f64,
+    /// Drag of the patch, newton seconds per metre.
+    pub drag_n_s_per_m: f64,
+}
+
+/// What a port is measured on.
+pub(crate) struct PortView<'a> {
+    pub(crate) network: &'a SpringNetwork,
+    pub(crate) patches: &'a PatchSet,
+    pub(crate) position_m: &'a [Vec3],
+    /// 0 where a node may not move.
+    pub(crate) mobility_m_per_n: &'a [f64],
+    pub(crate) attachments: Option<&'a Attachments>,
+    pub(crate) pairs: Option<&'a Pairs>,
+    pub(crate) period_s: f64,
+    pub(crate) substep_s: f64,
+}
+
+/// Port of one handle slot with its kept condensation.
+#[derive(Clone, Debug)]
+pub(crate) struct PortSolver {
+    condensation: Condensation,
+    age_steps: u32,
+    kept: Option<Mat3>,
+}
+
+impl PortSolver {
+    pub(crate) fn new(node_count: usize) -> Self {
+        Self { condensation: Condensation::new(node_count), age_steps: 0, kept: None }
+    }
+
+    /// Drops what was kept: another patch, other handles, another step.
+    pub(crate) fn forget(&mut self) {
+        self.kept = None;
+    }
+
+    pub(crate) fn measure(&mut self, handle: &Handle, view: &PortView<'_>, params: &PortParams) -> Port {
+        let nodes = view.patches.nodes(handle.patch);
+        let (mut force_n, mut ring) = (Vec3::zeros(), Mat3::zeros());
+        let edges = &view.network.half_edges;
+        for &node in nodes {
+            let x = &view.position_m[node as usize];
+            for e in edges.row(node as usize) {
+                let other = edges.neighbour[e];
+                if nodes.contains(&other) {
+                    continue;
+                }
+                let y = &view.position_m[other as usize];
+                let (k, rest) = (edges.stiffness_n_per_m[e], edges.rest_length_m[e]);
+                force_n += eq3_spring_force(x, y, k, rest);
+                ring += spring_stiffness(x, y, k, rest);
+            }
+        }
+        let attachment = view.attachments.and_then(|a| a.of_patch(handle.patch).map(|index| (a, index)));
+        if let Some((attachments, index)) = attachment {
+            force_n += attachments.reaction_n(index);
+        }
+        if let Some(pairs) = view.pairs {
+            force_n += pairs.force_on(handle.patch);
+        }
+        let sum = |per_node: &[f64]| nodes.iter().map(|&n| per_node[n as usize]).sum();
+        Port {
+            position_m: handle.position_m,
+            velocity_m_per_s: handle.velocity_m_per_s,
+            force_n,
+            step_stiffness_n_per_m: ring,
+            one_ring_n_per_m: ring,
+            trust_radius_m: params.trust_radius_m,
+            mass_kg: sum(&view.network.mass_kg),
+            drag_n_s_per_m: sum(&view.network.drag_n_s_per_m),
+        }
+    }
+}

@@ -1,0 +1,342 @@
+//! One tissue, stepped: forces, Eq. (2), handles, attachments, pairs, in fixed order.
+//!
+//! A period of `H` seconds is `n` sub-steps of `h = H/n`. Each: spring forces and loads → velocity and
+//! position (integrator) → handles prescribed → attachments and pairs, implicit → patches and followers
+//! moved, with velocities `+ Δx/h`. A stage that a scene does not need is `None`: no loop, no memory.
+//! Nothing is allocated in a step. A node moves at most half a mesh spacing per period.
+//! Deliberately absent: clocks, what the handles do, when stitches are tied (scene, wound).
+
+use crate::tissue::constraint::{Pairs, PatchResponse};
+use crate::tissue::force;
+use crate::tissue::handle::{GraspError, Handle, HandleSlot, MAX_HANDLES};
+use crate::tissue::integrator::{Integrator, NodeFactors, advance};
+use crate::tissue::link_solve::{Correction, StepView};
+use crate::tissue::load::Loads;
+use crate::tissue::network::{SpringFamily, SpringNetwork, TissueState};
+use crate::tissue::patch_set::{PatchId, PatchSet};
+use crate::tissue::port::{Port, PortParams, PortSolver};
+use crate::tissue::regulation::Attachments;
+use crate::tissue::solver_params::{self, SolverError, SolverParams};
+use crate::tissue::stability::Stability;
+use crate::vector::Vec3;
+
+/// Stages of a step that a scene may do without.
+#[derive(Clone, Debug, Default)]
+pub struct Stages {
+    /// Relaxed attachments (Algorithm 1).
+    pub attachments: Option<Attachments>,
+    /// Stitches and holds.
+    pub pairs: Option<Pairs>,
+    /// Forces from outside.
+    pub loads: Option<Loads>,
+}
+
+/// What happened in a step, summed over its sub-steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StepReport {
+    /// Sub-steps.
+    pub substeps: u32,
+    /// Half-springs visited.
+    pub half_springs: u64,
+    /// Half-springs whose ends coincide, in the last sub-step.
+    pub coincident: u32,
+    /// Attachment links that pulled, in the last sub-step.
+    pub links: u32,
+    /// Pairs that pulled or pushed, in the last sub-step.
+    pub pairs: u32,
+    /// Node moves cut to the displacement limit.
+    pub saturated: u32,
+    /// Handles whose way was cut to the displacement limit.
+    pub handles_cut: u32,
+    /// Values that were not finite and were replaced by the last good ones.
+    pub contained: u32,
+}
+
+/// A tissue with its integrator.
+#[derive(Clone, Debug)]
+pub struct TissueSolver {
+    network: SpringNetwork,
+    patches: PatchSet,
+    params: SolverParams,
+    stability: Stability,
+    spacing_m: f64,
+    state: TissueState,
+    force_n: Vec<Vec3>,
+    factors: Vec<NodeFactors>,
+    mobility_m_per_n: Vec<f64>,
+    patch_mobility_m_per_n: Vec<f64>,
+    responses: Vec<PatchResponse>,
+    handles: [Option<Handle>; MAX_HANDLES],
+    ports: [PortSolver; MAX_HANDLES],
+}
+
+impl TissueSolver {
+    /// Takes a network at rest in its built shape and chooses the sub-steps.
+    ///
+    /// # Errors
+    /// [`SolverError`]: parameters not usable, a patch beyond the network, or an integrator that must
+    /// blow up, with what it would need in words.
+    pub fn new(network: SpringNetwork, patches: PatchSet, params: SolverParams) -> Result<Self, SolverError> {
+        params.check()?;
+        let count = network.node_count();
+        if (0..patches.len()).any(|p| patches.nodes(PatchId(p as u32)).iter().any(|&n| n as usize >= count)) {
+            return Err(SolverError::Patches(count));
+        }
+        let state = network.rest_state();
+        let stability = solver_params::assess(&network, &state.position_m, &params)?;
+        let mut solver = Self {
+            spacing_m: mean_spacing_m(&network),
+            force_n: vec![Vec3::zeros(); count],
+            factors: vec![NodeFactors::default(); count],
+            mobility_m_per_n: vec![0.0; count],
+            patch_mobility_m_per_n: vec![0.0; patches.len()],
+            responses: vec![PatchResponse::free(0.0); patches.len()],
+            handles: std::array::from_fn(|_| None),
+            ports: std::array::from_fn(|_| PortSolver::new(count)),
+            network,
+            patches,
+            params,
+            stability,
+            state,
+        };
+        solver.refresh_mobility();
+        Ok(solver)
+    }
+
+    /// Positions and velocities.
+    #[must_use]
+    pub fn state(&self) -> &TissueState {
+        &self.state
+    }
+
+    /// The network.
+    #[must_use]
+    pub fn network(&self) -> &SpringNetwork {
+        &self.network
+    }
+
+    /// The patches.
+    #[must_use]
+    pub fn patches(&self) -> &PatchSet {
+        &self.patches
+    }
+
+    /// Parameters.
+    #[must_use]
+    pub fn params(&self) -> &SolverParams {
+        &self.params
+    }
+
+    /// Sub-steps and stability number, for the log of the scene's load.
+    #[must_use]
+    pub fn stability(&self) -> &Stability {
+        &self.stability
+    }
+
+    /// Mean length of the structural springs, metres.
+    #[must_use]
+    pub fn spacing_m(&self) -> f64 {
+        self.spacing_m
+    }
+
+    /// Sets the state and lets go of all handles.
+    ///
+    /// # Errors
+    /// [`SolverError::State`] when the state has another length or a value that is not finite.
+    pub fn reset(&mut self, state: &TissueState) -> Result<(), SolverError> {
+        solver_params::check_state(state, self.network.node_count())?;
+        self.state.clone_from(state);
+        self.handles = std::array::from_fn(|_| None);
+        self.refresh_mobility();
+        Ok(())
+    }
+
+    /// Chooses the sub-steps again for the tangent at the current state.
+    ///
+    /// # Errors
+    /// [`SolverError`] when the integrator must blow up here; the sub-steps then stay.
+    pub fn reassess(&mut self) -> Result<(), SolverError> {
+        self.stability = solver_params::assess(&self.network, &self.state.position_m, &self.params)?;
+        self.refresh_mobility();
+        Ok(())
+    }
+
+    /// Lets a handle take a patch where it is; its nodes are prescribed from now on.
+    ///
+    /// # Errors
+    /// [`GraspError`]: handle not free, no such patch, or a node already held.
+    pub fn grasp(&mut self, slot: HandleSlot, patch: PatchId) -> Result<(), GraspError> {
+        if self.handles.get(slot.0).is_none_or(Option::is_some) {
+            return Err(GraspError::Slot(slot.0));
+        }
+        if !self.patches.contains(patch) {
+            return Err(GraspError::Patch(patch.0));
+        }
+        let nodes = self.patches.nodes(patch);
+        let held = |h: &Handle| self.patches.nodes(h.patch).iter().any(|n| nodes.contains(n));
+        if self.handles.iter().flatten().any(held) {
+            return Err(GraspError::Overlap(patch.0));
+        }
+        let mut handle = Handle::grasp(patch, &self.patches, &self.state.position_m);
+        let center = handle.position_m;
+        handle.place(&self.patches, &mut self.state, center, Vec3::zeros());
+        self.handles[slot.0] = Some(handle);
+        self.refresh_mobility();
+        Ok(())
+    }
+
+    /// Lets go of a patch; its nodes move freely again, with the velocity of the handle.
+    pub fn release(&mut self, slot: HandleSlot) {
+        if self.handles.get(slot.0).is_some_and(Option::is_some) {
+            self.handles[slot.0] = None;
+            self.refresh_mobility();
+        }
+    }
+
+    /// Patch and position of a handle in use.
+    #[must_use]
+    pub fn handle(&self, slot: HandleSlot) -> Option<(PatchId, Vec3)> {
+        self.handles.get(slot.0)?.as_ref().map(|h| (h.patch, h.position_m))
+    }
+
+    /// Sets where a handle shall be at the end of the next step. Returns false, and changes nothing,
+    /// when the handle is not in use or the target is not finite.
+    pub fn lead(&mut self, slot: HandleSlot, target_m: Vec3) -> bool {
+        self.handles.get_mut(slot.0).and_then(Option::as_mut).is_some_and(|h| h.lead(target_m))
+    }
+
+    /// One period.
+    pub fn step(&mut self, stages: &mut Stages) -> StepReport {
+        let substeps = self.stability.substeps;
+        let h = self.stability.substep_s();
+        let limit_m = self.params.displacement_limit_spacings * self.spacing_m / f64::from(substeps);
+        let handle_limit_m = self.params.handle_limit_spacings * self.spacing_m;
+        let mut report = StepReport { substeps, ..StepReport::default() };
+        let mut ways = [(Vec3::zeros(), Vec3::zeros()); MAX_HANDLES];
+        for (way, handle) in ways.iter_mut().zip(&self.handles) {
+            if let Some(handle) = handle {
+                let (stop, cut) = handle.next_stop(handle_limit_m);
+                *way = (handle.position_m, stop);
+                report.handles_cut += u32::from(cut);
+            }
+        }
+        for substep in 1..=substeps {
+            report.coincident = force::gather(&self.network, &self.state.position_m, &mut self.force_n);
+            report.half_springs += self.network.half_edges.neighbour.len() as u64;
+            if let Some(loads) = &stages.loads {
+                report.contained += loads.add(&self.patches, &mut self.force_n);
+            }
+            let counts = advance(&self.factors, &self.force_n, &mut self.state, h, limit_m);
+            report.saturated += counts.saturated;
+            report.contained += counts.contained;
+            let fraction = f64::from(substep) / f64::from(substeps);
+            for ((from, stop), handle) in ways.iter().zip(&mut self.handles) {
+                if let Some(handle) = handle {
+                    let center = if substep == substeps { *stop } else { from + (stop - from) * fraction };
+                    handle.place(&self.patches, &mut self.state, center, (stop - from) / self.params.period_s);
+                }
+            }
+            if stages.attachments.is_some() || stages.pairs.is_some() {
+                self.constrain(stages, h, limit_m, &mut report);
+            }
+        }
+        report
+    }
+
+    /// The tissue as a handle feels it until the next step; `None` for a handle not in use.
+    pub fn port(&mut self, slot: HandleSlot, stages: &Stages) -> Option<Port> {
+        let handle = self.handles.get(slot.0)?.as_ref()?;
+        let params = &self.params;
+        let substep_s = self.stability.substep_s();
+        let view = crate::tissue::port::PortView {
+            network: &self.network,
+            patches: &self.patches,
+            position_m: &self.state.position_m,
+            mobility_m_per_n: &self.mobility_m_per_n,
+            attachments: stages.attachments.as_ref(),
+            pairs: stages.pairs.as_ref(),
+            period_s: params.period_s,
+            substep_s,
+        };
+        Some(self.ports[slot.0].measure(handle, &view, &params.port))
+    }
+
+    /// Attachments and pairs at the end of a sub-step.
+    fn constrain(&mut self, stages: &mut Stages, h: f64, limit_m: f64, report: &mut StepReport) {
+        let Self { patches, mobility_m_per_n, patch_mobility_m_per_n, responses, state, .. } = self;
+        for (response, &mobility) in responses.iter_mut().zip(patch_mobility_m_per_n.iter()) {
+            *response = PatchResponse::free(mobility);
+        }
+        let view = StepView { patches, mobility_m_per_n, h, limit_m };
+        if let Some(attachments) = &mut stages.attachments {
+            attachments.open(&view, state, responses);
+        }
+        if let Some(pairs) = &mut stages.pairs {
+            report.pairs = pairs.solve(patches, &state.position_m, responses);
+        }
+        let mut done = move_patches(&view, state, responses, patch_mobility_m_per_n);
+        report.saturated += done.saturated;
+        report.contained += done.contained;
+        if let Some(attachments) = &mut stages.attachments {
+            done = attachments.close(&view, state, responses);
+            report.links = done.acting;
+            report.saturated += done.saturated;
+            report.contained += done.contained;
+        }
+    }
+
+    /// Factors and mobilities of all nodes for the current sub-step and handles.
+    fn refresh_mobility(&mut self) {
+        let h = self.stability.substep_s();
+        for node in 0..self.network.node_count() {
+            let (m, c) = (self.network.mass_kg[node], self.network.drag_n_s_per_m[node]);
+            let moves = self.network.fixed[node] == 0;
+            self.factors[node] =
+                if moves { self.params.integrator.factors(m, c, h) } else { NodeFactors::default() };
+        }
+        for handle in self.handles.iter().flatten() {
+            for &node in self.patches.nodes(handle.patch) {
+                self.factors[node as usize] = NodeFactors::default();
+            }
+        }
+        for (mobility, factors) in self.mobility_m_per_n.iter_mut().zip(&self.factors) {
+            *mobility = factors.gain_s_per_kg * h;
+        }
+        for (patch, mobility) in self.patch_mobility_m_per_n.iter_mut().enumerate() {
+            *mobility = self.patches.mobility(PatchId(patch as u32), &self.mobility_m_per_n);
+        }
+        self.ports.iter_mut().for_each(PortSolver::forget);
+    }
+}
+
+/// Spreads the displacement of each free patch over its nodes, as the force behind it does.
+fn move_patches(
+    view: &StepView<'_>,
+    state: &mut TissueState,
+    responses: &[PatchResponse],
+    patch_mobility_m_per_n: &[f64],
+) -> Correction {
+    let mut done = Correction::default();
+    for (index, (response, &mobility)) in responses.iter().zip(patch_mobility_m_per_n).enumerate() {
+        if mobility == 0.0 || response.shift_m == Vec3::zeros() {
+            continue;
+        }
+        let force = response.shift_m / mobility;
+        let patch = PatchId(index as u32);
+        for (&node, &w) in view.patches.nodes(patch).iter().zip(view.patches.weights(patch)) {
+            let node = node as usize;
+            done.apply(view, state, node, force * (w * view.mobility_m_per_n[node]), 1.0 / view.h);
+        }
+    }
+    done
+}
+
+/// Mean rest length of the structural springs, of all springs without those, or 1 m without any.
+fn mean_spacing_m(network: &SpringNetwork) -> f64 {
+    let mean = |structural_only: bool| {
+        let kept = network.springs.iter().filter(|s| !structural_only || s.family == SpringFamily::Structural);
+        let (sum, count) = kept.fold((0.0, 0_u32), |(sum, n), s| (sum + s.rest_length_m, n + 1));
+        (count > 0 && sum > 0.0).then(|| sum / f64::from(count))
+    };
+    mean(true).or_else(|| mean(false)).unwrap_or(1.0)
+}
