@@ -164,12 +164,7 @@ impl Pairs {
 
     /// Finds the tensions from the predicted positions and adds the displacements to `responses`.
     /// Returns the number of pairs that pull or push.
-    pub(crate) fn solve(
-        &mut self,
-        patches: &PatchSet,
-        position_m: &[Vec3],
-        responses: &mut [PatchResponse],
-    ) -> u32 {
+    pub(crate) fn solve(&mut self, patches: &PatchSet, position_m: &[Vec3], responses: &mut [PatchResponse]) -> u32 {
         for p in &mut self.pairs {
             let d = patches.mean(p.constraint.a, position_m) - patches.mean(p.constraint.b, position_m);
             let length = d.norm();

@@ -6,7 +6,7 @@
 //! clamped to [least, largest of `K₁`]. Over-estimating is the safe side (numerics: haptic coupling).
 //! Deliberately absent: the patch's own mass and drag in `S`; the servo's node equation has them.
 
-use crate::tissue::condensation::Condensation;
+use crate::tissue::condensation::{Condensation, Condensed};
 use crate::tissue::constraint::Pairs;
 use crate::tissue::force::{eq3_spring_force, spring_stiffness};
 use crate::tissue::handle::Handle;
@@ -20,7 +20,7 @@ use crate::vector::{Mat3, Vec3};
 pub struct PortParams {
     /// Mesh rings around the patch that give way; the nodes beyond are held, which over-estimates `S`.
     pub rings: u32,
-    /// Steps between two refreshes of `S`; `f*` and the one-ring stiffness are new in every step.
+    /// Steps between two refreshes of the stiffnesses; `f*` is new in every step.
     pub refresh_steps: u32,
     /// Least eigenvalue of `S`, newtons per metre.
     pub minimum_stiffness_n_per_m: f64,
@@ -84,17 +84,19 @@ pub(crate) struct PortView<'a> {
 pub(crate) struct PortSolver {
     condensation: Condensation,
     age_steps: u32,
-    kept: Option<Mat3>,
+    kept: Option<Condensed>,
+    enclosed: bool,
 }
 
 impl PortSolver {
     pub(crate) fn new(node_count: usize) -> Self {
-        Self { condensation: Condensation::new(node_count), age_steps: 0, kept: None }
+        Self { condensation: Condensation::new(node_count), age_steps: 0, kept: None, enclosed: false }
     }
 
     /// Drops what was kept: another patch, other handles, another step.
     pub(crate) fn forget(&mut self) {
         self.kept = None;
+        self.enclosed = false;
     }
 
     pub(crate) fn measure(&mut self, handle: &Handle, view: &PortView<'_>, params: &PortParams) -> Port {
@@ -121,16 +123,49 @@ impl PortSolver {
         if let Some(pairs) = view.pairs {
             force_n += pairs.force_on(handle.patch);
         }
+        let stiffness = self.stiffness(handle, ring, view, params);
         let sum = |per_node: &[f64]| nodes.iter().map(|&n| per_node[n as usize]).sum();
         Port {
             position_m: handle.position_m,
             velocity_m_per_s: handle.velocity_m_per_s,
             force_n,
-            step_stiffness_n_per_m: ring,
-            one_ring_n_per_m: ring,
+            step_stiffness_n_per_m: stiffness.step,
+            one_ring_n_per_m: stiffness.held,
             trust_radius_m: params.trust_radius_m,
             mass_kg: sum(&view.network.mass_kg),
             drag_n_s_per_m: sum(&view.network.drag_n_s_per_m),
         }
     }
+
+    /// Step and one-ring stiffness: kept ones while they are young, else new ones.
+    fn stiffness(&mut self, handle: &Handle, ring: Mat3, view: &PortView<'_>, params: &PortParams) -> Condensed {
+        self.age_steps += 1;
+        if let Some(kept) = self.kept.filter(|_| self.age_steps < params.refresh_steps) {
+            return kept;
+        }
+        if !self.enclosed {
+            self.condensation.enclose(handle.patch, view, params.rings);
+            self.enclosed = true;
+        }
+        let found = self.condensation.condense(handle.patch, ring, view, params);
+        let held = if found.held.iter().all(|v| v.is_finite()) { found.held } else { Mat3::zeros() };
+        let most = held.symmetric_eigenvalues().max().max(params.minimum_stiffness_n_per_m);
+        let step = if found.step.iter().all(|v| v.is_finite()) {
+            clamp_eigenvalues(&found.step, params.minimum_stiffness_n_per_m, most)
+        } else {
+            Mat3::identity() * most
+        };
+        self.age_steps = 0;
+        *self.kept.insert(Condensed { step, held })
+    }
+}
+
+/// The symmetric matrix with its eigenvalues clamped to `least..=most`.
+fn clamp_eigenvalues(matrix: &Mat3, least: f64, most: f64) -> Mat3 {
+    let eigen = matrix.symmetric_eigen();
+    if eigen.eigenvalues.iter().all(|v| (least..=most).contains(v)) {
+        return *matrix;
+    }
+    let clamped = Mat3::from_diagonal(&eigen.eigenvalues.map(|v| v.clamp(least, most)));
+    eigen.eigenvectors * clamped * eigen.eigenvectors.transpose()
 }

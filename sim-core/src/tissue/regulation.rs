@@ -119,9 +119,10 @@ impl Attachments {
         }
         let mut table = LinkTable::default();
         for spec in specs {
-            let followers = spec.followers.iter().filter(|(node, rest)| {
-                relaxation < 1.0 && *rest > 0.0 && !leads_or_stays[*node as usize]
-            });
+            let followers = spec
+                .followers
+                .iter()
+                .filter(|(node, rest)| relaxation < 1.0 && *rest > 0.0 && !leads_or_stays[*node as usize]);
             table.add(spec.patch, followers.map(|&(node, rest)| Link::new(node, rest, stiffness(node as usize))));
         }
         table.find_shared(network.node_count());
@@ -160,6 +161,23 @@ impl Attachments {
         self.table.patches().iter().position(|p| *p == patch)
     }
 
+    /// Patch of an attachment.
+    pub(crate) fn patch(&self, attachment: usize) -> PatchId {
+        self.table.patches()[attachment]
+    }
+
+    /// Stiffness that a link amounts to; in the literal mode it depends on the step.
+    pub(crate) fn stiffness_n_per_m(&self, link: &Link, network: &SpringNetwork, step_s: f64) -> f64 {
+        match self.mode {
+            RegulationMode::Compliant { .. } => link.stiffness_n_per_m,
+            RegulationMode::Paper(_) => {
+                let node = link.node as usize;
+                let (m, c) = (network.mass_kg[node], network.drag_n_s_per_m[node]);
+                stiffness_from_relaxation(self.relaxation, m, c, step_s)
+            }
+        }
+    }
+
     /// Force of the followers on the suture point at the end of the last step, newtons.
     #[must_use]
     pub fn reaction_n(&self, attachment: usize) -> Vec3 {
@@ -195,12 +213,7 @@ impl Attachments {
     }
 
     /// Algorithm 1, literally: every engaged attachment in order, every follower once.
-    fn project_all(
-        &mut self,
-        view: &StepView<'_>,
-        state: &mut TissueState,
-        velocity: ProjectedVelocity,
-    ) -> Correction {
+    fn project_all(&mut self, view: &StepView<'_>, state: &mut TissueState, velocity: ProjectedVelocity) -> Correction {
         let mut done = Correction::default();
         for attachment in (0..self.engaged.len()).filter(|&a| self.engaged[a] == Engagement::Engaged) {
             let center = view.patches.mean(self.table.patches()[attachment], &state.position_m);

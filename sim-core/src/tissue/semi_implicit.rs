@@ -48,8 +48,8 @@ mod tests {
     #[test]
     fn eq2_first_order_on_the_damped_oscillator() {
         // x'' = −(k x + c x')/m, under-damped: x(t) = e^{−at}(cos wt + (a/w) sin wt).
-        let (m, c, k, end) = (1e-3, 5e-3, 10.0, 0.05_f64);
-        let a = c / (2.0 * m);
+        let (m, c, k, end) = (1e-3, 5e-3, 10.0_f64, 0.05_f64);
+        let a: f64 = c / (2.0 * m);
         let w = (k / m - a * a).sqrt();
         let exact = (-a * end).exp() * ((w * end).cos() + a / w * (w * end).sin());
         let error = |steps: u32| {

@@ -9,12 +9,12 @@
 use crate::tissue::constraint::{Pairs, PatchResponse};
 use crate::tissue::force;
 use crate::tissue::handle::{GraspError, Handle, HandleSlot, MAX_HANDLES};
-use crate::tissue::integrator::{Integrator, NodeFactors, advance};
+use crate::tissue::integrator::{NodeFactors, advance};
 use crate::tissue::link_solve::{Correction, StepView};
 use crate::tissue::load::Loads;
 use crate::tissue::network::{SpringFamily, SpringNetwork, TissueState};
 use crate::tissue::patch_set::{PatchId, PatchSet};
-use crate::tissue::port::{Port, PortParams, PortSolver};
+use crate::tissue::port::{Port, PortSolver, PortView};
 use crate::tissue::regulation::Attachments;
 use crate::tissue::solver_params::{self, SolverError, SolverParams};
 use crate::tissue::stability::Stability;
@@ -248,7 +248,7 @@ impl TissueSolver {
         let handle = self.handles.get(slot.0)?.as_ref()?;
         let params = &self.params;
         let substep_s = self.stability.substep_s();
-        let view = crate::tissue::port::PortView {
+        let view = PortView {
             network: &self.network,
             patches: &self.patches,
             position_m: &self.state.position_m,
@@ -291,8 +291,7 @@ impl TissueSolver {
         for node in 0..self.network.node_count() {
             let (m, c) = (self.network.mass_kg[node], self.network.drag_n_s_per_m[node]);
             let moves = self.network.fixed[node] == 0;
-            self.factors[node] =
-                if moves { self.params.integrator.factors(m, c, h) } else { NodeFactors::default() };
+            self.factors[node] = if moves { self.params.integrator.factors(m, c, h) } else { NodeFactors::default() };
         }
         for handle in self.handles.iter().flatten() {
             for &node in self.patches.nodes(handle.patch) {

@@ -146,10 +146,10 @@ pub(crate) fn assess(
     let tangent = Tangent::at(network, position_m);
     let (integrator, period_s) = (params.integrator, params.period_s);
     let chosen = match params.substeps {
-        SubstepPolicy::Automatic { max } => fewest_substeps(&tangent, network, integrator, period_s, TARGET_NUMBER, max)
-            .map(|(n, number)| {
-                (n, number, if n == 1 { SubstepReason::OneIsEnough } else { SubstepReason::Chosen })
-            }),
+        SubstepPolicy::Automatic { max } => {
+            fewest_substeps(&tangent, network, integrator, period_s, TARGET_NUMBER, max)
+                .map(|(n, number)| (n, number, if n == 1 { SubstepReason::OneIsEnough } else { SubstepReason::Chosen }))
+        }
         SubstepPolicy::Demanded(n) => {
             let number = stability_number(&tangent, network, integrator, period_s / f64::from(n));
             (number < 1.0).then_some((n, number, SubstepReason::Demanded))
@@ -172,8 +172,7 @@ fn refusal(tangent: &Tangent, network: &SpringNetwork, params: &SolverParams) ->
         SubstepPolicy::Demanded(_) => 1.0,
     };
     let nodes = network.mass_kg.iter().zip(&network.drag_n_s_per_m);
-    let (mass_kg, drag) =
-        nodes.min_by(|a, b| a.0.total_cmp(b.0)).map_or((f64::NAN, f64::NAN), |(m, c)| (*m, *c));
+    let (mass_kg, drag) = nodes.min_by(|a, b| a.0.total_cmp(b.0)).map_or((f64::NAN, f64::NAN), |(m, c)| (*m, *c));
     let helping_drag_kg = match integrator {
         Integrator::SemiImplicit => 0.5 * drag * h,
         Integrator::PaperExplicit => 0.0,

@@ -102,13 +102,7 @@ impl Tangent {
             let length = d.norm().max(COINCIDENT_M);
             let g = (1.0 - s.rest_length_m / length).max(0.0);
             let transverse = s.stiffness_n_per_m * g;
-            TangentEntry {
-                a: s.a,
-                b: s.b,
-                axial: s.stiffness_n_per_m - transverse,
-                transverse,
-                direction: d / length,
-            }
+            TangentEntry { a: s.a, b: s.b, axial: s.stiffness_n_per_m - transverse, transverse, direction: d / length }
         });
         Self { entries: entries.collect(), fixed: network.fixed.clone() }
     }
