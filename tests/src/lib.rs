@@ -4,6 +4,7 @@
 
 pub mod closed_forms;
 pub mod generators;
+pub mod harness;
 pub mod processes;
 pub mod reference;
 pub mod shared;
