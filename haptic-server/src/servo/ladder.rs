@@ -187,6 +187,7 @@ impl Ladder {
 }
 
 #[cfg(test)]
+#[expect(clippy::disallowed_types, reason = "a test runs outside the room")]
 mod tests {
     use super::*;
     use protocol::wire::Field;

@@ -287,6 +287,7 @@ pub(in crate::servo) fn to_ns(seconds: f64) -> u64 {
 }
 
 #[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "a test runs outside the room")]
 mod tests {
     use super::*;
 

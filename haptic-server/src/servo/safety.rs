@@ -157,6 +157,7 @@ fn within(v: Vec3, length: f64) -> Vec3 {
 }
 
 #[cfg(test)]
+#[expect(clippy::disallowed_methods, clippy::disallowed_macros, reason = "a test runs outside the room")]
 mod tests {
     use super::*;
     use proptest::prelude::*;
