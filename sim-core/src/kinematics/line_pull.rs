@@ -39,6 +39,10 @@ pub struct LineGeometry {
     pub towards_stylus: Vec3,
     /// `û(r→l)`, unit, shorter near coincidence.
     pub towards_left: Vec3,
+    /// How fast `û(r→d)` turns with its ends: at most this, per metre.
+    pub turn_above_per_m: f64,
+    /// How fast `û(r→l)` turns with its ends: at most this, per metre.
+    pub turn_below_per_m: f64,
 }
 
 /// Forces of the line, newtons.
@@ -67,23 +71,23 @@ pub fn wrap_angle_rad(before: Vec3, at: Vec3, after: Vec3) -> f64 {
     incoming.cross(&outgoing).norm().atan2(incoming.dot(&outgoing))
 }
 
-/// Length of a segment and its gradient with respect to the far end.
-fn soft_segment(from: Vec3, to: Vec3) -> (f64, Vec3) {
+/// Length of a segment, its gradient with respect to the far end, and the norm of its second derivative.
+fn soft_segment(from: Vec3, to: Vec3) -> (f64, Vec3, f64) {
     let along = to - from;
     let distance = along.norm();
     if distance < SOFT_LENGTH_M {
-        (distance * distance / (2.0 * SOFT_LENGTH_M) + SOFT_LENGTH_M / 2.0, along / SOFT_LENGTH_M)
+        (distance * distance / (2.0 * SOFT_LENGTH_M) + SOFT_LENGTH_M / 2.0, along / SOFT_LENGTH_M, 1.0 / SOFT_LENGTH_M)
     } else {
-        (distance, along / distance)
+        (distance, along / distance, 1.0 / distance)
     }
 }
 
 /// Measures the line between stylus, right and left point.
 #[must_use]
 pub fn measure(stylus_m: Vec3, right_m: Vec3, left_m: Vec3) -> LineGeometry {
-    let (above_m, towards_stylus) = soft_segment(right_m, stylus_m);
-    let (below_m, towards_left) = soft_segment(right_m, left_m);
-    LineGeometry { length_m: above_m + below_m, towards_stylus, towards_left }
+    let (above_m, towards_stylus, turn_above_per_m) = soft_segment(right_m, stylus_m);
+    let (below_m, towards_left, turn_below_per_m) = soft_segment(right_m, left_m);
+    LineGeometry { length_m: above_m + below_m, towards_stylus, towards_left, turn_above_per_m, turn_below_per_m }
 }
 
 impl LineGeometry {
@@ -115,6 +119,14 @@ impl LineGeometry {
     #[must_use]
     pub fn left_direction(&self, capstan_ratio: f64) -> Vec3 {
         self.towards_left * -capstan_ratio
+    }
+
+    /// Stiffness that the turning of the line's directions puts on right and left point, both moving, at most; newtons
+    /// per metre.
+    #[must_use]
+    pub fn turning_stiffness_n_per_m(&self, tension_n: f64, capstan_ratio: f64) -> (f64, f64) {
+        let below = 2.0 * capstan_ratio * self.turn_below_per_m;
+        (tension_n * (self.turn_above_per_m + below), tension_n * below)
     }
 
     /// The forces that a tension stands for.
