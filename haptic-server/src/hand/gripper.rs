@@ -49,7 +49,7 @@ pub fn threshold(angles_rad: &[f64]) -> Option<GripThreshold> {
     let range = high - low;
     let middle = 0.5 * (low + high);
     (range >= SMALLEST_RANGE_RAD)
-        .then(|| GripThreshold { close_rad: middle - HYSTERESIS * range, open_rad: middle + HYSTERESIS * range })
+        .then_some(GripThreshold { close_rad: middle - HYSTERESIS * range, open_rad: middle + HYSTERESIS * range })
 }
 
 /// Button words, one per angle.

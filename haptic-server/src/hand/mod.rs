@@ -12,9 +12,13 @@ pub mod csv;
 mod csv_tests;
 mod file_fault;
 pub mod gripper;
+pub mod motion;
 pub mod recorded;
 pub mod registration;
 pub mod resample;
+pub mod synthetic;
+#[cfg(test)]
+mod synthetic_tests;
 
 pub use file_fault::HandFileFault;
 
