@@ -4,6 +4,7 @@
 pub mod finite;
 pub mod kinematics;
 pub mod scene;
+pub mod suture_line;
 pub mod tissue;
 pub mod units;
 pub mod vector;
