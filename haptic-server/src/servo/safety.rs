@@ -17,6 +17,9 @@ const HEAT_KNEE: f64 = 0.2;
 /// Limits are kept with this relative margin, so that rounding can never cross them.
 const ROUNDING_MARGIN: f64 = 1.0 - 1e-12;
 
+/// A force on its way to zero is zero below this, newtons: the filter's tail never ends by itself.
+const REST_N: f64 = 1e-6;
+
 /// The continuous limit held the force back.
 pub const CLIP_CONTINUOUS: u32 = 1;
 /// The slew limit held the force back.
@@ -95,8 +98,12 @@ impl ForceStage {
         // Never shorter than the force before: a falling limit is reached by way of the target, at the slew.
         let force = within(moved, limit.max(self.last.norm()).min(self.params.peak_force_n));
 
+        let is_resting = target == Vec3::zeros() && force.norm() < REST_N && self.last.norm() <= reach;
+        if is_resting {
+            self.filtered = Vec3::zeros();
+        }
+        self.last = if is_finite(force) && !is_resting { force } else { Vec3::zeros() };
         self.warm(dt_s);
-        self.last = if is_finite(force) { force } else { Vec3::zeros() };
         let verdict =
             if self.bad_in_a_row >= self.params.bad_force_ticks { Verdict::NotFinite } else { Verdict::Usable };
         Released { command: DeviceCommand { force_n: self.last }, clips, verdict }
@@ -216,7 +223,7 @@ mod tests {
         for _ in 0..20 {
             stage.release(Vec3::new(f64::INFINITY, 0.0, 0.0), DT);
         }
-        assert!(stage.last_force().norm() < 1e-6);
+        assert_eq!(stage.last_force(), Vec3::zeros());
         assert_eq!(stage.release(Vec3::new(0.0, f64::NAN, 0.0), DT).verdict, Verdict::NotFinite);
     }
 

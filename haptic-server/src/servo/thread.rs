@@ -13,6 +13,7 @@ use crate::servo::params::{ServoParams, to_ns};
 use crate::servo::stats::{ServoStats, TickTimes};
 use crate::servo::tick::{Orders, Servo, StopOrder, TickInput};
 use crate::servo_setup::ServoLinks;
+use protocol::ports::ServoStateWriter;
 use protocol::servo_state::ServoState;
 use protocol::tissue_port::TissuePort;
 use rustix::thread::ClockId as SleepClock;
@@ -31,6 +32,12 @@ pub trait StateSink {
 impl<F: FnMut(&mut ServoState)> StateSink for F {
     fn publish(&mut self, state: &mut ServoState) {
         self(state);
+    }
+}
+
+impl StateSink for ServoStateWriter {
+    fn publish(&mut self, state: &mut ServoState) {
+        self.write(state);
     }
 }
 
