@@ -8,5 +8,6 @@ pub mod scene_frame;
 pub mod servo_state;
 pub mod session_command;
 pub mod tissue_port;
+pub mod trace;
 pub mod wire;
 pub mod wound_report;

@@ -6,6 +6,7 @@
 use crate::tissue_port::HANDLE_LINKED;
 use crate::wire::{Header, message, pod};
 use iceoryx2::prelude::ZeroCopySend;
+use serde::{Deserialize, Serialize};
 
 /// Devices that one server drives.
 pub const MAX_DEVICES: usize = 2;
@@ -14,6 +15,7 @@ pub const MAX_HANDLES: usize = 4;
 
 pod! {
     /// One haptic device after the tick.
+    #[derive(Serialize, Deserialize)]
     pub struct DeviceState as "suture.v1.DeviceState" {
         /// Stylus position, metres, scene frame.
         pub position_m: [f64; 3],
@@ -38,6 +40,7 @@ pod! {
 
 pod! {
     /// One suture point integrated at 1 kHz (Zhang et al., Eq. (2)).
+    #[derive(Serialize, Deserialize)]
     pub struct HandleState as "suture.v1.HandleState" {
         /// Position of the suture point, metres.
         pub position_m: [f64; 3],

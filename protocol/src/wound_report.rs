@@ -2,6 +2,7 @@
 
 use crate::wire::{Header, message, pod};
 use iceoryx2::prelude::ZeroCopySend;
+use serde::{Deserialize, Serialize};
 
 /// Ledger rows that fit one report (three scenes of up to 16 stitches).
 pub const MAX_LEDGER_ROWS: usize = 48;
@@ -10,6 +11,7 @@ pub const MAX_LINE_POINTS: usize = 128;
 
 pod! {
     /// One row of Table 1.
+    #[derive(Serialize, Deserialize)]
     pub struct LedgerRow as "suture.v1.LedgerRow" {
         /// Original position of the left suture point (when the stitch was finished), metres.
         pub left_original_m: [f64; 3],
