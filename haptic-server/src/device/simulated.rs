@@ -208,6 +208,30 @@ mod tests {
         assert!((rough - expected_m).abs() < band_m + ENCODER_M, "{rough} outside the friction band");
     }
 
+    struct Steady;
+
+    impl Hand for Steady {
+        fn target(&mut self, time_s: f64, _view: &HandView) -> HandTarget {
+            HandTarget { position_m: Vec3::new(0.04 * time_s, 0.0, 0.0), buttons: 0 }
+        }
+    }
+
+    #[test]
+    fn a_steady_hand_is_followed_without_lag_between_ticks_too() {
+        let stylus =
+            StylusParams { coulomb_friction_n: 0.0, viscous_friction_n_s_per_m: 0.0, ..StylusParams::default() };
+        let params = SimulatedDeviceParams { stylus, ..SimulatedDeviceParams::default() };
+        let frame = SceneFromDevice::workspace_at(Vec3::zeros());
+        let mut device = SimulatedDevice::new(params, frame, Box::new(Steady));
+        for tick in 0..=1000 {
+            device.sample(at(tick), &HandView::unseen());
+        }
+        // One second is fourteen time constants of the slowest mode (0.145 kg, 4 N·s/m, 300 N/m).
+        let state = device.true_state();
+        assert!((state.position_m.x - 0.04).abs() < 1e-8, "{}", state.position_m.x);
+        assert!((state.velocity_m_per_s.x - 0.04).abs() < 1e-7, "{}", state.velocity_m_per_s.x);
+    }
+
     #[test]
     fn the_motors_saturate_at_the_peak_and_ignore_what_is_not_finite() {
         let mut device = device(SimulatedDeviceParams::default(), Vec3::zeros());
