@@ -1,5 +1,6 @@
 //! The 1 kHz servo process, the deformation solver, and the supervisor that guards the force.
 
+pub mod clean;
 pub mod cli;
 pub mod device;
 pub mod error;
@@ -11,7 +12,9 @@ pub mod report;
 pub mod scene_file;
 pub mod servo;
 pub mod servo_link;
+pub mod servo_process;
 pub mod servo_setup;
+pub mod session;
 pub mod solver;
 pub mod summary;
 pub mod supervisor;

@@ -4,9 +4,14 @@
 //! Every refusal is one sentence with file:line:column and the remedy; an unknown key names the nearest
 //! known one. Deliberately absent: range checks of the values, which `sim_core::scene` makes.
 
+use crate::cli::SceneArgs;
+use crate::cli::choice::{ControlChoice, ProcedureChoice, SceneChoice};
 use crate::error::ServerError;
+use crate::servo::params::ServoConfig;
 use crate::solver::mesh_obj::{ObjLimits, SurfaceMesh, read_obj};
-use sim_core::scene::config::{SceneConfig, TissueConfig};
+use serde::de::DeserializeOwned;
+use sim_core::scene::config::{ControlReading, SceneConfig, TissueConfig};
+use sim_core::scene::presets;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
@@ -24,6 +29,50 @@ pub struct SceneFile {
     pub config: SceneConfig,
     /// The surface mesh that it names.
     pub mesh: Option<SurfaceMesh>,
+}
+
+/// The scenes that the command line chose, in order, with its choice of control.
+///
+/// # Errors
+/// 66 or 65 for a scene file that cannot be used.
+pub fn chosen(args: &SceneArgs) -> Result<Vec<SceneFile>, ServerError> {
+    let preset = |config| SceneFile { config, mesh: None };
+    let mut scenes = match (args.procedure, &args.scene) {
+        (Some(ProcedureChoice::LiverSurgery), _) => {
+            vec![preset(presets::skin()), preset(presets::liver()), preset(presets::vessel())]
+        }
+        (None, SceneChoice::Skin) => vec![preset(presets::skin())],
+        (None, SceneChoice::Liver) => vec![preset(presets::liver())],
+        (None, SceneChoice::Vessel) => vec![preset(presets::vessel())],
+        (None, SceneChoice::File(path)) => vec![load(path)?],
+    };
+    if let Some(radius_mm) = args.capture_radius_mm {
+        scenes.iter_mut().for_each(|s| s.config.suture.capture_radius_mm = radius_mm);
+    }
+    for control in scenes.iter_mut().filter_map(|s| s.config.control.as_mut()) {
+        control.mode = match args.control {
+            None => control.mode,
+            Some(ControlChoice::On) => ControlReading::On,
+            Some(ControlChoice::Off) => ControlReading::Off,
+            Some(ControlChoice::Paper) => ControlReading::Paper,
+        };
+    }
+    Ok(scenes)
+}
+
+/// From the first to the last suture point of a scene, metres: N stations stand at (k + ½)/N of the wound.
+#[must_use]
+pub fn wound_extent_m(config: &SceneConfig) -> f64 {
+    let pairs = f64::from(config.suture.pairs.max(1));
+    config.wound.length_mm * M_PER_MM * (pairs - 1.0) / pairs
+}
+
+/// Reads servo constants; what the file leaves out keeps its default.
+///
+/// # Errors
+/// 66 or 65 with file:line:column.
+pub fn servo_config(path: &Path) -> Result<ServoConfig, ServerError> {
+    from_toml(&read_capped(path, LARGEST_SCENE_BYTES)?, &path.display().to_string())
 }
 
 /// Loads a scene file and its mesh.
@@ -51,11 +100,15 @@ pub fn load(path: &Path) -> Result<SceneFile, ServerError> {
 /// # Errors
 /// 65 with file:line:column.
 pub fn parse(bytes: &[u8], file: &str) -> Result<SceneConfig, ServerError> {
+    from_toml(bytes, file)
+}
+
+fn from_toml<T: DeserializeOwned>(bytes: &[u8], file: &str) -> Result<T, ServerError> {
     let text = std::str::from_utf8(bytes).map_err(|e| {
         let (line, column) = line_and_column(bytes, e.valid_up_to());
         ServerError::BadData(format!("{file}:{line}:{column}: not UTF-8 text; save the scene file as UTF-8"))
     })?;
-    toml::from_str::<SceneConfig>(text).map_err(|e| {
+    toml::from_str::<T>(text).map_err(|e| {
         let (line, column) = line_and_column(bytes, e.span().map_or(0, |s| s.start));
         ServerError::BadData(format!("{file}:{line}:{column}: {}", sentence(e.message())))
     })

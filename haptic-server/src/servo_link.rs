@@ -5,6 +5,7 @@
 //! zero and ends. Nothing here goes through shared memory, so it works when that is damaged.
 
 use crate::cli::choice::{DeviceChoice, HandChoice, HandSide};
+use crate::servo::params::ServoConfig;
 use crate::summary::RunSummary;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -26,8 +27,14 @@ pub struct ServoSpec {
     pub hand: HandChoice,
     /// Which hand of a recording holds the needle.
     pub hand_side: HandSide,
+    /// Whether a recorded hand repeats or ends the run.
+    pub length: RunLength,
     /// Scene or procedure, for the recording's metadata.
     pub scene: String,
+    /// From the first to the last suture point of the first scene, metres: a recorded hand is laid onto it.
+    pub wound_extent_m: f64,
+    /// Constants of the servo.
+    pub servo: ServoConfig,
     /// What to do when real-time rights are missing.
     pub no_rt: NoRtPolicy,
     /// File to record to.
@@ -44,12 +51,22 @@ pub enum NoRtPolicy {
     Refuse,
 }
 
+/// How the end of the run is set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RunLength {
+    /// By a duration or by a person: a recorded hand repeats.
+    Given,
+    /// By the recorded hand, if there is one.
+    OfTheHand,
+}
+
 /// Supervisor to servo process.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ToServo {
     /// Start with this.
-    Start(ServoSpec),
+    Start(Box<ServoSpec>),
     /// The solver process is dead: do not wait for the ladder.
     SolverDied,
     /// A solver process was started.
@@ -126,16 +143,19 @@ mod tests {
 
     #[test]
     fn messages_survive_the_way_through_a_line() {
-        let start = ToServo::Start(ServoSpec {
+        let start = ToServo::Start(Box::new(ServoSpec {
             run_dir: "r".into(),
             guarded_by: 7,
             device: DeviceChoice::Replay("a b.csv".into()),
             hand: HandChoice::Synthetic,
             hand_side: HandSide::Left,
             scene: "skin".into(),
+            length: RunLength::OfTheHand,
+            wound_extent_m: 0.024,
+            servo: ServoConfig::default(),
             no_rt: NoRtPolicy::Refuse,
             record: None,
-        });
+        }));
         let line = to_line(&start).expect("representable");
         assert_eq!(line.matches('\n').count(), 1);
         assert_eq!(serde_json::from_str::<ToServo>(&line).expect("own line"), start);

@@ -13,6 +13,8 @@ use std::time::{Duration, Instant};
 
 /// An answer is awaited for this long.
 const ANSWER_LIMIT: Duration = Duration::from_secs(2);
+/// A report that is this much younger than the command knows it, nanoseconds.
+const SETTLED_NS: u64 = 100_000_000;
 /// How often it is looked for.
 const ANSWER_LOOK: Duration = Duration::from_millis(5);
 /// Servo state machine: fault.
@@ -80,10 +82,10 @@ pub fn send(action: SessionAction) -> Result<(), ServerError> {
             }
             continue;
         }
-        let answer = reports.newest()?.filter(|r| r.header.time_ns > sent).map(|r| (r.command_sender, r.command_result));
+        let answer = reports.newest()?.filter(|r| r.header.time_ns > sent + SETTLED_NS).map(|r| r.command_result);
         match answer {
-            Some((sender, RESULT_DONE)) if sender == std::process::id() => return Ok(()),
-            Some((sender, RESULT_REFUSED)) if sender == std::process::id() => {
+            Some(RESULT_DONE) => return Ok(()),
+            Some(RESULT_REFUSED) => {
                 return Err(ServerError::TryAgain(
                     "the session refused the command: it does not fit the scene's stage now (an open gap cannot be \
                      tied, there is no scene beyond the first or last); try again when it does"

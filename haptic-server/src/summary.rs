@@ -54,6 +54,8 @@ pub struct RunSummary {
     pub compute_ns: Percentiles,
     /// Age of the tissue port when used.
     pub port_age_ns: Percentiles,
+    /// From the device's sample to the force for it.
+    pub sample_to_force_ns: Percentiles,
     /// Largest force sent to the hand, newtons.
     pub peak_force_n: f64,
     /// Energy given to the hand, joules; negative when the hand gave it.
@@ -152,6 +154,7 @@ impl fmt::Display for RunSummary {
         writeln!(f, "wake-up          {}", self.wake_ns)?;
         writeln!(f, "tick             {}", self.compute_ns)?;
         writeln!(f, "tissue port age  {}", self.port_age_ns)?;
+        writeln!(f, "sample to force  {}", self.sample_to_force_ns)?;
         writeln!(
             f,
             "force            peak {:.3} N, net energy to the hand {:+.3e} J",
@@ -210,7 +213,14 @@ mod tests {
     fn the_json_has_the_promised_keys() {
         let text = RunSummary { version: "1".into(), ..Default::default() }.to_json().expect("representable");
         let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-        for key in KEYS.iter().chain(&["version", "points_taken", "solver_restarts", "hand", "registration"]) {
+        for key in KEYS.iter().chain(&[
+            "version",
+            "sample_to_force_ns",
+            "points_taken",
+            "solver_restarts",
+            "hand",
+            "registration",
+        ]) {
             assert!(json.get(key).is_some(), "{key}");
         }
         for key in ["p50", "p99", "p999", "max"] {

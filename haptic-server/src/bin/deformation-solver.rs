@@ -1,2 +1,3 @@
-//! x
+//! The tissue process.
+
 fn main() {}

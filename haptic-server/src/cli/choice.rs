@@ -179,11 +179,10 @@ pub enum HandSide {
 }
 
 /// `--control`: supervision of the finished stitches.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum ControlChoice {
     /// Rate-limited compliant constraint.
-    #[default]
     On,
     /// No supervision.
     Off,

@@ -5,6 +5,8 @@
 //! through [`parse`]. Deliberately absent: what the commands do (see `dispatch`).
 
 pub mod choice;
+pub mod dispatch;
+mod files;
 
 use crate::exit;
 use choice::{ControlChoice, DeviceChoice, HandChoice, HandSide, ProcedureChoice, SceneChoice};
@@ -109,9 +111,13 @@ pub struct SceneArgs {
     /// Several scenes in a row.
     #[arg(long, value_enum)]
     pub procedure: Option<ProcedureChoice>,
-    /// Supervision of the finished stitches.
-    #[arg(long, value_enum, default_value = "on")]
-    pub control: ControlChoice,
+    /// Supervision of the finished stitches; without it as the scene says.
+    #[arg(long, value_enum)]
+    pub control: Option<ControlChoice>,
+    /// A press takes a suture point within this distance, millimetres; without it as the scene says, and wider for a
+    /// recorded hand.
+    #[arg(long, value_name = "MM", value_parser = millimetres)]
+    pub capture_radius_mm: Option<f64>,
 }
 
 impl SceneArgs {
@@ -119,6 +125,18 @@ impl SceneArgs {
     #[must_use]
     pub fn label(&self) -> String {
         self.procedure.map_or_else(|| self.scene.to_string(), |p| p.to_string())
+    }
+}
+
+/// Capture radius for a recorded hand, millimetres. The hand sees another wound than it saw when it was recorded; its
+/// grips spread over the whole wound, and neighbouring pairs lie 8 mm apart.
+pub const RECORDED_CAPTURE_RADIUS_MM: f64 = 15.0;
+
+impl SceneArgs {
+    /// The same scenes for a hand that repeats a recording.
+    #[must_use]
+    pub fn for_recorded_hand(&self) -> Self {
+        Self { capture_radius_mm: self.capture_radius_mm.or(Some(RECORDED_CAPTURE_RADIUS_MM)), ..self.clone() }
     }
 }
 
@@ -157,9 +175,24 @@ pub struct RunArgs {
     /// Drive a real device even without real-time rights.
     #[arg(long)]
     pub allow_no_rt: bool,
+    /// Servo constants: a TOML file with the tables coupling, safety, ladder, sample, rhythm.
+    #[arg(long, value_name = "FILE.toml")]
+    pub servo: Option<PathBuf>,
     /// Print one JSON document on stdout and nothing else.
     #[arg(long)]
     pub json: bool,
+}
+
+impl RunArgs {
+    /// The recording that moves the stylus, if one does.
+    #[must_use]
+    pub fn recording(&self) -> Option<&std::path::Path> {
+        match (&self.device, &self.hand.hand) {
+            (DeviceChoice::Replay(path), _) => Some(path),
+            (DeviceChoice::Simulated, HandChoice::File(path)) => Some(path),
+            _ => None,
+        }
+    }
 }
 
 /// `lockstep …`.
@@ -210,6 +243,13 @@ fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(s) if s > 0.0 && s <= LONGEST_RUN_S => Ok(s),
         _ => Err(format!("give seconds, more than 0 and at most {LONGEST_RUN_S}")),
+    }
+}
+
+fn millimetres(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(mm) if mm > 0.0 && mm <= 100.0 => Ok(mm),
+        _ => Err("give millimetres, more than 0 and at most 100".to_owned()),
     }
 }
 

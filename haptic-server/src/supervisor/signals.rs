@@ -8,6 +8,8 @@ use crate::error::ServerError;
 use signal_hook::consts::{SIGCHLD, SIGHUP, SIGINT, SIGTERM};
 use std::io::Read;
 use std::os::unix::net::UnixStream;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// One socket per kind of signal.
 #[derive(Debug)]
@@ -52,4 +54,17 @@ pub fn take_count(mut stream: &UnixStream) -> usize {
         Ok(count) => count,
         Err(_) => 0,
     }
+}
+
+/// A flag that SIGTERM and SIGINT raise; for the children, which end at the next look.
+///
+/// # Errors
+/// [`ServerError::Internal`] when the kernel refuses.
+pub fn stop_flag() -> Result<Arc<AtomicBool>, ServerError> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGTERM, SIGINT] {
+        signal_hook::flag::register(signal, stop.clone())
+            .map_err(|e| ServerError::Internal(format!("cannot watch signals: {e}; check the process limits")))?;
+    }
+    Ok(stop)
 }

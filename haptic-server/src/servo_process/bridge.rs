@@ -1,0 +1,93 @@
+//! The bridge thread: owns the subscribers of the servo process and hands the newest port to the loop.
+//!
+//! A subscriber that connects or disconnects costs its thread memory mapping and heap; here that is not the
+//! servo thread, which takes ports from a wait-free cell (a queue of two with overwriting). The bridge looks
+//! every [`LOOK_PERIOD`], well below one servo period of added age on average.
+
+use crate::servo_setup::ServoLinks;
+use crossbeam::queue::ArrayQueue;
+use protocol::ports::{PortError, PortNode, SessionCommandSubscriber, TissuePortSubscriber, WoundReportSubscriber};
+use protocol::run::RunDir;
+use protocol::session_command::REARM;
+use protocol::wound_report::WoundReport;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Time between two looks at the topics.
+const LOOK_PERIOD: Duration = Duration::from_micros(400);
+/// Report and commands are looked at once in so many looks.
+const SLOW_LOOKS: u32 = 16;
+/// Dead peers are cleaned up this often.
+const CLEAN_UP_PERIOD: Duration = Duration::from_secs(1);
+/// A rejected message is logged at most this often.
+const COMPLAINT_PERIOD: Duration = Duration::from_secs(1);
+
+/// Where the bridge delivers to, and when it ends.
+pub(super) struct Delivery {
+    /// Newest port and re-arm orders, for the loop.
+    pub(super) links: Arc<ServoLinks>,
+    /// Newest report (a queue of one), for the summary.
+    pub(super) reports: ArrayQueue<WoundReport>,
+    /// Ends the bridge.
+    pub(super) stop: AtomicBool,
+}
+
+/// Opens the subscribers in this thread and delivers until told to stop.
+pub(super) fn run(run: &RunDir, delivery: &Delivery) -> Result<(), PortError> {
+    let node = PortNode::join(run, "servo-bridge")?;
+    let mut ports = TissuePortSubscriber::open(&node)?;
+    let mut reports = WoundReportSubscriber::open(&node)?;
+    let mut commands = SessionCommandSubscriber::open(&node)?;
+    let mut complaints = Complaints::default();
+    let mut next_clean_up = Instant::now() + CLEAN_UP_PERIOD;
+    let mut looks = 0_u32;
+    while !delivery.stop.load(Ordering::Relaxed) {
+        if let Some(port) = complaints.kept(ports.newest())? {
+            delivery.links.ports.force_push(port);
+        }
+        looks = looks.wrapping_add(1);
+        if looks.is_multiple_of(SLOW_LOOKS) {
+            if let Some(report) = complaints.kept(reports.newest())? {
+                delivery.reports.force_push(report);
+            }
+            while let Some(command) = complaints.kept(commands.next_command())? {
+                if command.command == REARM {
+                    delivery.links.order_rearm();
+                }
+            }
+            if Instant::now() >= next_clean_up {
+                next_clean_up = Instant::now() + CLEAN_UP_PERIOD;
+                node.clean_up_dead();
+            }
+        }
+        std::thread::sleep(LOOK_PERIOD);
+    }
+    Ok(())
+}
+
+/// Rejected messages: the last good one stays in use, and the log hears of it once in a while.
+#[derive(Default)]
+struct Complaints {
+    last: Option<Instant>,
+    untold: u64,
+}
+
+impl Complaints {
+    fn kept<M>(&mut self, received: Result<Option<M>, PortError>) -> Result<Option<M>, PortError> {
+        match received {
+            Err(PortError::Rejected(error)) => {
+                self.untold += 1;
+                if self.last.is_none_or(|t| t.elapsed() >= COMPLAINT_PERIOD) {
+                    tracing::warn!(
+                        "{} messages were rejected, lately: {error}; the last good one stays in use",
+                        self.untold
+                    );
+                    (self.last, self.untold) = (Some(Instant::now()), 0);
+                }
+                Ok(None)
+            }
+            other => other,
+        }
+    }
+}

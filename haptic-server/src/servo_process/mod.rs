@@ -1,0 +1,193 @@
+//! The servo process: `haptic-server servo`, started and instructed by the supervisor.
+//!
+//! | thread | work |
+//! |---|---|
+//! | main | control line and heartbeat, telemetry, end of a recorded hand |
+//! | servo | device and 1 kHz loop ([`room`]) |
+//! | servo-bridge | subscribers; newest port into the loop's cell ([`bridge`]) |
+//! | recorder | the recording, if one is made |
+//!
+//! A stop order, SIGTERM, SIGINT or the end of stdin lets the loop ramp the force to zero; then the summary goes to
+//! the supervisor and the process ends.
+
+mod bridge;
+mod build;
+mod control;
+mod report;
+mod room;
+
+use crate::error::ServerError;
+use crate::realtime::RightsPolicy;
+use crate::servo::params::ServoParams;
+use crate::servo_link::{FromServo, NoRtPolicy, ServoSpec, ToServo};
+use crate::servo_setup::{Recording, ServoLinks};
+use crate::supervisor::signals::stop_flag;
+use crate::telemetry;
+use bridge::Delivery;
+use build::Built;
+use control::{ControlLine, Incoming};
+use crossbeam::queue::ArrayQueue;
+use protocol::ports::PortError;
+use protocol::run::RunDir;
+use room::LoopEnd;
+use rustix::event::Timespec;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Time between two heartbeats.
+const HEARTBEAT: Timespec = Timespec { tv_sec: 0, tv_nsec: 10_000_000 };
+/// Telemetry speaks once in so many heartbeats.
+const HEARTBEATS_PER_TELLING: u32 = 20;
+/// Name of the last fault's flight record, beside the run directories.
+const FLIGHT_RECORD: &str = "flight-record.csv";
+
+/// The whole of the servo process.
+///
+/// # Errors
+/// What refused or ended it, with the exit code.
+pub fn run() -> Result<(), ServerError> {
+    let stop = stop_flag()?;
+    let mut control = ControlLine::default();
+    let spec = control.specification()?;
+    crate::supervisor::child::end_with_parent(spec.guarded_by)?;
+    let run = RunDir::open(&spec.run_dir)?;
+    let built = build::device(&spec)?;
+    let name = built.device.name().to_owned();
+    let params =
+        ServoParams::new(&spec.servo, &built.device.limits()).map_err(|e| ServerError::Configuration(e.to_string()))?;
+    let links = Arc::new(ServoLinks::new(params.period_ns(), Recording::None));
+    let delivery =
+        Arc::new(Delivery { links: links.clone(), reports: ArrayQueue::new(1), stop: AtomicBool::new(false) });
+    let bridge = spawn_bridge(&run, &delivery)?;
+    let Built { device, registration, ends_after_s } = built;
+    let servo = spawn_servo(&run, device, params, &links, policy(&spec))?;
+    let mut watch = Watch { links: &links, stop: &stop, spec: &spec, ends_after_s, ready: None };
+    watch.until_finished(&mut control, &servo)?;
+    let end = joined(servo, "servo")??;
+    delivery.stop.store(true, Ordering::Relaxed);
+    joined(bridge, "bridge")??;
+    let wound = delivery.reports.pop();
+    let facts = report::Facts { device: name, hand: spec.hand.to_string(), registration };
+    ControlLine::report(&FromServo::Summary(Box::new(report::summary(facts, &end, wound.as_ref()))));
+    Ok(())
+}
+
+fn policy(spec: &ServoSpec) -> RightsPolicy {
+    match spec.no_rt {
+        NoRtPolicy::Degrade => RightsPolicy::DegradedAllowed,
+        NoRtPolicy::Refuse => RightsPolicy::Required,
+    }
+}
+
+type Bridge = JoinHandle<Result<(), PortError>>;
+type Loop = JoinHandle<Result<LoopEnd, ServerError>>;
+
+fn spawn_bridge(run: &RunDir, delivery: &Arc<Delivery>) -> Result<Bridge, ServerError> {
+    let (run, delivery) = (run.clone(), delivery.clone());
+    let thread = std::thread::Builder::new().name("servo-bridge".to_owned());
+    thread.spawn(move || bridge::run(&run, &delivery)).map_err(|e| no_thread(&e))
+}
+
+fn spawn_servo(
+    run: &RunDir,
+    mut device: Box<dyn crate::device::Device>,
+    params: ServoParams,
+    links: &Arc<ServoLinks>,
+    policy: RightsPolicy,
+) -> Result<Loop, ServerError> {
+    let (run, links) = (run.clone(), links.clone());
+    let thread = std::thread::Builder::new().name("servo".to_owned()).stack_size(room::STACK);
+    thread.spawn(move || room::run(&run, device.as_mut(), &params, &links, policy)).map_err(|e| no_thread(&e))
+}
+
+fn no_thread(error: &std::io::Error) -> ServerError {
+    ServerError::Unavailable(format!("cannot start a thread: {error}; raise the limits of processes and locked memory"))
+}
+
+fn joined<T>(thread: JoinHandle<T>, name: &str) -> Result<T, ServerError> {
+    thread.join().map_err(|_| ServerError::Internal(format!("the {name} thread panicked; its message stands above")))
+}
+
+/// What the main thread watches while the loop runs.
+struct Watch<'a> {
+    links: &'a ServoLinks,
+    stop: &'a AtomicBool,
+    spec: &'a ServoSpec,
+    ends_after_s: Option<f64>,
+    ready: Option<Instant>,
+}
+
+impl Watch<'_> {
+    fn until_finished(&mut self, control: &mut ControlLine, servo: &Loop) -> Result<(), ServerError> {
+        let mut supervised = true;
+        let mut heartbeats = 0_u32;
+        while !servo.is_finished() {
+            if supervised {
+                match control.next(Some(HEARTBEAT))? {
+                    Some(Incoming::Order(order)) => self.follow(&order),
+                    Some(Incoming::SupervisorGone) => {
+                        supervised = false;
+                        self.links.order_stop();
+                    }
+                    None => {}
+                }
+            } else {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            self.beat();
+            heartbeats = heartbeats.wrapping_add(1);
+            if heartbeats.is_multiple_of(HEARTBEATS_PER_TELLING) {
+                self.tell();
+            }
+        }
+        self.tell();
+        Ok(())
+    }
+
+    fn follow(&self, order: &ToServo) {
+        match order {
+            ToServo::Start(_) => tracing::warn!("a second specification was ignored"),
+            ToServo::SolverDied => self.links.report_solver_death(),
+            ToServo::SolverUp => tracing::info!("a solver was started"),
+            ToServo::Rearm => self.links.order_rearm(),
+            ToServo::Stop => self.links.order_stop(),
+        }
+    }
+
+    /// Ready once, then heartbeats; ends the run with its recorded hand.
+    fn beat(&mut self) {
+        let ticks = self.links.ticks.load(Ordering::Relaxed);
+        match self.ready {
+            None if ticks > 0 => {
+                self.ready = Some(Instant::now());
+                ControlLine::report(&FromServo::Ready);
+            }
+            None => {}
+            Some(since) => {
+                ControlLine::report(&FromServo::Heartbeat { ticks });
+                if self.ends_after_s.is_some_and(|s| since.elapsed().as_secs_f64() >= s) {
+                    self.links.order_stop();
+                }
+            }
+        }
+        if self.stop.load(Ordering::Relaxed) {
+            self.links.order_stop();
+        }
+    }
+
+    /// Events into the log; a fault to the supervisor, with its flight record in a file.
+    fn tell(&self) {
+        let Some(fault) = telemetry::tell(self.links).fault else { return };
+        let path = self.spec.run_dir.parent().unwrap_or(Path::new(".")).join(FLIGHT_RECORD);
+        let written = std::fs::File::create(&path)
+            .and_then(|mut file| telemetry::write_flight_record(&self.links.flight, &mut file));
+        match written {
+            Ok(ticks) => tracing::error!("the last {ticks} ticks before the fault are in {}", path.display()),
+            Err(error) => tracing::error!("the flight record {} cannot be written: {error}", path.display()),
+        }
+        ControlLine::report(&FromServo::Fault { what: fault.to_string() });
+    }
+}

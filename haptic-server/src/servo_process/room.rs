@@ -1,0 +1,54 @@
+//! The servo thread: joins the run, asks for its rights, and lets the device run the loop.
+//!
+//! Order: shared memory first, then scheduling and locked memory, so that the loop maps nothing. The thread has
+//! a small stack of its own, which is touched before the loop.
+
+use crate::device::Device;
+use crate::error::ServerError;
+use crate::realtime::{RealtimeConfig, RealtimeRights, RightsPolicy, acquire, judge};
+use crate::servo::params::ServoParams;
+use crate::servo::stats::ServoStats;
+use crate::servo::thread::LiveRoom;
+use crate::servo::tick::{Rights, Servo};
+use crate::servo_setup::{ServoLinks, new_stats};
+use protocol::ports::{PortNode, ServoStateWriter};
+use protocol::run::RunDir;
+use protocol::servo_state::ServoState;
+use std::time::{Duration, Instant};
+
+/// Stack of the servo thread, bytes.
+pub(super) const STACK: usize = 512 * 1024;
+
+/// What the servo thread leaves behind.
+pub(super) struct LoopEnd {
+    /// Its measurements.
+    pub(super) stats: ServoStats,
+    /// The servo after its last tick.
+    pub(super) state: ServoState,
+    /// With which rights it ran.
+    pub(super) rights: RealtimeRights,
+    /// How long it ran.
+    pub(super) duration: Duration,
+}
+
+/// The whole life of the servo thread.
+pub(super) fn run(
+    run: &RunDir,
+    device: &mut dyn Device,
+    params: &ServoParams,
+    links: &ServoLinks,
+    policy: RightsPolicy,
+) -> Result<LoopEnd, ServerError> {
+    let node = PortNode::join(run, "servo")?;
+    let mut writer = ServoStateWriter::create(&node)?;
+    let stats = new_stats().map_err(|e| ServerError::Internal(format!("cannot make the histograms: {e}")))?;
+    let rights = acquire(&RealtimeConfig::default());
+    judge(&rights, policy).map_err(|e| ServerError::Permission(e.to_string()))?;
+    let servo = Servo::new(params, if rights.is_degraded() { Rights::Degraded } else { Rights::Full });
+    let mut room = LiveRoom::new(servo, params, links, |state: &mut ServoState| writer.write(state), stats);
+    let began = Instant::now();
+    device.run(&mut room);
+    let duration = began.elapsed();
+    let (servo, stats) = room.finish();
+    Ok(LoopEnd { stats, state: *servo.state(), rights, duration })
+}

@@ -1,0 +1,123 @@
+//! How the children are started, and what is checked before the first one is.
+//!
+//! Everything that a look at files can refuse is refused here, in the parent, before the lock is taken and
+//! before a device is touched: one sentence, the right exit code, no half-started run.
+
+use super::child::{ChildProcess, beside_this_program};
+use crate::cli::choice::{DeviceChoice, SceneChoice};
+use crate::cli::{RunArgs, SceneArgs};
+use crate::error::ServerError;
+use crate::scene_file;
+use crate::servo::params::ServoConfig;
+use crate::servo_link::{NoRtPolicy, RunLength, ServoSpec, ToServo, to_line};
+use clap::ValueEnum;
+use protocol::run::RunDir;
+use std::ffi::OsString;
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+/// What the children are started with.
+pub(super) struct Plan {
+    servo: ServoSpec,
+    scene: SceneArgs,
+}
+
+/// Refuses what cannot work and plans the rest; starts nothing.
+pub(super) fn plan(args: &RunArgs) -> Result<Plan, ServerError> {
+    args.device.require_drivable()?;
+    let scene = match args.recording() {
+        Some(path) => {
+            std::fs::File::open(path).map_err(|e| ServerError::reading(path, &e))?;
+            args.scene.for_recorded_hand()
+        }
+        None => args.scene.clone(),
+    };
+    let scenes = scene_file::chosen(&scene)?;
+    let real_device = !matches!(args.device, DeviceChoice::Simulated | DeviceChoice::Replay(_) | DeviceChoice::Pointer);
+    let servo = ServoSpec {
+        run_dir: PathBuf::new(),
+        guarded_by: std::process::id(),
+        device: args.device.clone(),
+        hand: args.hand.hand.clone(),
+        hand_side: args.hand.hand_side,
+        length: if args.duration.is_some() { RunLength::Given } else { RunLength::OfTheHand },
+        scene: scene.label(),
+        wound_extent_m: scenes.first().map_or(0.0, |s| scene_file::wound_extent_m(&s.config)),
+        servo: args.servo.as_deref().map_or_else(|| Ok(ServoConfig::default()), scene_file::servo_config)?,
+        no_rt: if real_device && !args.allow_no_rt { NoRtPolicy::Refuse } else { NoRtPolicy::Degrade },
+        record: args.record.clone(),
+    };
+    Ok(Plan { servo, scene })
+}
+
+/// Starts the servo process and sends it its specification.
+pub(super) fn servo(plan: &Plan, run: &RunDir) -> Result<ChildProcess, ServerError> {
+    let exe = std::env::current_exe()
+        .map_err(|e| ServerError::Internal(format!("cannot find this program: {e}; start it by its path")))?;
+    let mut command = Command::new(exe);
+    command.arg("servo").stdin(Stdio::piped()).stdout(Stdio::piped());
+    let mut servo = ChildProcess::spawn("servo", command)?;
+    let spec = ServoSpec { run_dir: run.path().to_owned(), ..plan.servo.clone() };
+    let unsendable = |e: std::io::Error| ServerError::Internal(format!("cannot instruct the servo process: {e}"));
+    let line = to_line(&ToServo::Start(Box::new(spec))).map_err(|e| unsendable(e.into()))?;
+    if let Some(stdin) = servo.inner().stdin.as_mut() {
+        stdin.write_all(line.as_bytes()).map_err(unsendable)?;
+    }
+    Ok(servo)
+}
+
+/// Starts the deformation solver on the run.
+pub(super) fn solver(plan: &Plan, run: &RunDir) -> Result<ChildProcess, ServerError> {
+    let mut command = Command::new(beside_this_program("deformation-solver")?);
+    command.args(scene_arguments(&plan.scene)).arg("--run-dir").arg(run.path());
+    command.arg("--guarded-by").arg(std::process::id().to_string());
+    command.stdin(Stdio::null()).stdout(Stdio::null());
+    ChildProcess::spawn("deformation-solver", command)
+}
+
+/// Starts a viewer, if it is built.
+pub(super) fn viewer() -> Result<ChildProcess, ServerError> {
+    let mut command = Command::new(beside_this_program("viewer-client")?);
+    command.stdin(Stdio::null()).stdout(Stdio::null());
+    ChildProcess::spawn("viewer-client", command)
+}
+
+/// The scene options as the solver's command line has them.
+fn scene_arguments(scene: &SceneArgs) -> Vec<OsString> {
+    let mut arguments: Vec<OsString> = match (&scene.procedure, &scene.scene) {
+        (Some(procedure), _) => vec!["--procedure".into(), procedure.to_string().into()],
+        (None, SceneChoice::File(path)) => vec!["--scene".into(), path.into()],
+        (None, preset) => vec!["--scene".into(), preset.to_string().into()],
+    };
+    if let Some(value) = scene.control.and_then(|c| c.to_possible_value()) {
+        arguments.extend(["--control".into(), value.get_name().to_owned().into()]);
+    }
+    if let Some(radius_mm) = scene.capture_radius_mm {
+        arguments.extend(["--capture-radius-mm".into(), radius_mm.to_string().into()]);
+    }
+    arguments
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::{SolverCli, parse};
+
+    #[test]
+    fn the_solver_understands_what_it_is_started_with() {
+        for line in [
+            "--scene vessel --control paper",
+            "--procedure liver-surgery",
+            "--scene skin",
+            "--scene a/b.toml --control off --capture-radius-mm 7.5",
+        ] {
+            let of = |words: Vec<OsString>| {
+                parse::<SolverCli>(std::iter::once("deformation-solver".into()).chain(words)).expect(line).scene
+            };
+            let first = of(line.split(' ').map(OsString::from).collect());
+            let second = of(scene_arguments(&first));
+            assert_eq!(format!("{first:?}"), format!("{second:?}"), "{line}");
+        }
+    }
+}
