@@ -81,6 +81,31 @@ pub fn cloud(seed: u64, nodes: usize) -> SpringNetwork {
     SpringNetwork::new(rest, mass, vec![0.0; nodes], vec![0; nodes], springs).expect("a cloud is a valid network")
 }
 
+/// The same network with exactly the nodes fixed that `held` names.
+#[must_use]
+pub fn with_fixed(network: SpringNetwork, held: impl Fn(usize) -> bool) -> SpringNetwork {
+    let fixed = (0..network.node_count()).map(|i| u8::from(held(i))).collect();
+    SpringNetwork::new(network.rest_m, network.mass_kg, network.drag_n_s_per_m, fixed, network.springs)
+        .expect("fixing nodes keeps a network valid")
+}
+
+/// The same network in the same shape with every spring stretched by `strain`.
+#[must_use]
+pub fn pre_strained(mut network: SpringNetwork, strain: f64) -> SpringNetwork {
+    for spring in &mut network.springs {
+        spring.rest_length_m /= 1.0 + strain;
+    }
+    SpringNetwork::new(network.rest_m, network.mass_kg, network.drag_n_s_per_m, network.fixed, network.springs)
+        .expect("shorter springs keep a network valid")
+}
+
+/// Whether node `i` lies on the rim of a sheet of `columns` × `rows` nodes.
+#[must_use]
+pub fn on_rim(i: usize, columns: usize, rows: usize) -> bool {
+    let (c, r) = (i % columns, i / columns);
+    c == 0 || r == 0 || c + 1 == columns || r + 1 == rows
+}
+
 fn spring(a: usize, b: usize, stiffness_n_per_m: f64, rest_length_m: f64, family: SpringFamily) -> Spring {
     Spring { a: a as u32, b: b as u32, stiffness_n_per_m, rest_length_m, family }
 }

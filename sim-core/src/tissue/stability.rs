@@ -124,16 +124,23 @@ impl Tangent {
         }
     }
 
-    /// Largest eigenvalue of `D^{-1/2} (α K + β diag(B)) D^{-1/2}` for the node diagonals `D` and `B`.
+    /// Largest eigenvalue of `D^{-1/2} (α K + diag(B)) D^{-1/2}` for the node diagonals `D` and `B`.
+    ///
+    /// The least `B/D` is taken off before the iteration and put back after it: where drag makes up most of every
+    /// eigenvalue, they lie close together and the iteration would not tell them apart.
     fn largest(&self, scale: &[f64], stiffness_factor: f64, extra: &[f64]) -> f64 {
         let nodes = self.fixed.len();
         let mut v: Vec<Vec3> = (0..nodes).map(|i| start_vector(i) * f64::from(1 - self.fixed[i].min(1))).collect();
         let (mut scaled, mut w) = (vec![Vec3::zeros(); nodes], vec![Vec3::zeros(); nodes]);
+        if v.iter().all(|v| *v == Vec3::zeros()) {
+            return 0.0;
+        }
+        let shift = extra.iter().zip(scale).map(|(b, d)| b / d).fold(f64::INFINITY, f64::min);
         let mut lambda = 0.0;
         for _ in 0..POWER_ITERATIONS {
             let norm = v.iter().map(Vec3::norm_squared).sum::<f64>().sqrt();
             if norm == 0.0 {
-                return 0.0;
+                break;
             }
             for (v, (s, d)) in v.iter_mut().zip(scaled.iter_mut().zip(scale)) {
                 *v /= norm;
@@ -142,12 +149,12 @@ impl Tangent {
             self.apply(&scaled, &mut w);
             lambda = 0.0;
             for i in 0..nodes {
-                let next = (w[i] * stiffness_factor + scaled[i] * extra[i]) / scale[i].sqrt();
+                let next = (w[i] * stiffness_factor + scaled[i] * (extra[i] - shift * scale[i])) / scale[i].sqrt();
                 lambda += v[i].dot(&next);
                 v[i] = next;
             }
         }
-        lambda
+        lambda + shift
     }
 }
 
