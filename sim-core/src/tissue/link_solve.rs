@@ -21,6 +21,9 @@ const HARD_STIFFNESS_RATIO: f64 = 1e9;
 /// Followers closer to the suture point than this have no direction, metres.
 const COINCIDENT_M: f64 = 1e-9;
 
+/// Most passes to find the links that pull on a free patch; each drops at least one.
+const ACTIVE_SET_PASSES: usize = 8;
+
 /// What a constraint needs to know of the step.
 pub(crate) struct StepView<'a> {
     pub(crate) patches: &'a PatchSet,
@@ -162,29 +165,49 @@ impl LinkTable {
     ) {
         let patch = self.patch[attachment];
         let center = view.patches.mean(patch, position_m);
-        let (mut stiffness, mut pull) = (Mat3::zeros(), Vec3::zeros());
         for link in self.links_mut(attachment) {
             link.relax();
             let mobility = view.mobility_m_per_n[link.node as usize];
             let away = position_m[link.node as usize] - center;
             let length = away.norm();
-            if mobility == 0.0 || length <= link.rest_m || length < COINCIDENT_M {
-                continue;
+            if mobility > 0.0 && length > link.rest_m && length >= COINCIDENT_M {
+                link.direction = away / length;
+                link.excess_m = length - link.rest_m;
+                link.softness_m_per_n = 1.0 / link.stiffness_n_per_m + mobility;
             }
-            link.direction = away / length;
-            link.excess_m = length - link.rest_m;
-            link.softness_m_per_n = 1.0 / link.stiffness_n_per_m + mobility;
-            let n = link.direction / link.softness_m_per_n;
-            stiffness += n * link.direction.transpose();
-            pull += n * link.excess_m;
         }
         let response = &mut responses[patch.0 as usize];
         let own = response.mobility.m11;
-        if own > 0.0
-            && let Some(mobility) = (Mat3::identity() / own + stiffness).try_inverse()
-        {
-            *response = PatchResponse { mobility, shift_m: mobility * pull };
+        if own > 0.0 {
+            *response = self.tow(attachment, own);
         }
+    }
+
+    /// How a free patch gives way with its followers in tow. Links that the patch's own way would slacken
+    /// are let go, a few at a time, so that what is left balances.
+    fn tow(&mut self, attachment: usize, own_m_per_n: f64) -> PatchResponse {
+        let mut response = PatchResponse::free(own_m_per_n);
+        for _ in 0..ACTIVE_SET_PASSES {
+            let (mut stiffness, mut pull) = (Mat3::identity() / own_m_per_n, Vec3::zeros());
+            for link in self.links(attachment).iter().filter(|l| l.excess_m > 0.0) {
+                let n = link.direction / link.softness_m_per_n;
+                stiffness += n * link.direction.transpose();
+                pull += n * link.excess_m;
+            }
+            let Some(mobility) = stiffness.try_inverse() else { return response };
+            response = PatchResponse { mobility, shift_m: mobility * pull };
+            let mut slack = 0;
+            for link in self.links_mut(attachment).iter_mut().filter(|l| l.excess_m > 0.0) {
+                if link.excess_m < link.direction.dot(&response.shift_m) {
+                    link.relax();
+                    slack += 1;
+                }
+            }
+            if slack == 0 {
+                break;
+            }
+        }
+        response
     }
 
     /// Tensions with the final patch displacements, and the followers' displacements.

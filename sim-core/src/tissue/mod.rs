@@ -21,11 +21,14 @@ pub mod patch_set;
 pub mod port;
 pub mod regulation;
 pub mod semi_implicit;
+pub mod settle;
 pub mod solver;
 pub mod solver_params;
 pub mod stability;
 pub mod surface;
 pub mod suture_pair;
+#[cfg(test)]
+mod tests;
 pub mod ttsm;
 pub mod utsm;
 
