@@ -7,7 +7,7 @@
 
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, getrlimit};
-use rustix::thread::{CpuSet, sched_setaffinity, set_current_timer_slack};
+use rustix::thread::{CapabilitySet, CpuSet, capabilities, sched_setaffinity, set_current_timer_slack};
 use std::fmt;
 use std::num::NonZeroU64;
 use thread_priority::{
@@ -19,6 +19,9 @@ use thread_priority::{
 pub const SERVO_PRIORITY: u8 = 80;
 /// Stack that is touched before the loop, bytes; the servo thread is given 512 KiB.
 const PREFAULT: usize = 256 * 1024;
+/// Locked memory that the process may come to need, bytes: below it, locking what is mapped later would make a later
+/// mapping fail.
+const LOCK_ROOM: u64 = 256 * 1024 * 1024;
 /// Size of a page at least, bytes.
 const PAGE: usize = 4096;
 
@@ -112,7 +115,8 @@ pub fn acquire(config: &RealtimeConfig) -> RealtimeRights {
             missing.push(MissingRight { right, cause });
         }
     };
-    note(Right::Memory, mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE).map_err(|e| e.to_string()));
+    let memlock_limit = getrlimit(Resource::Memlock).current;
+    note(Right::Memory, lock_memory(memlock_limit));
     note(Right::Scheduling, schedule_fifo(config.priority));
     note(Right::TimerSlack, set_current_timer_slack(NonZeroU64::new(1)).map_err(|e| e.to_string()));
     if let Some(processor) = config.processor {
@@ -123,7 +127,7 @@ pub fn acquire(config: &RealtimeConfig) -> RealtimeRights {
         priority: config.priority,
         missing,
         rtprio_limit: getrlimit(Resource::Rtprio).current,
-        memlock_limit: getrlimit(Resource::Memlock).current,
+        memlock_limit,
     }
 }
 
@@ -175,6 +179,14 @@ impl fmt::Display for RealtimeRights {
         }
         f.write_str(&self.reasons().join("; "))
     }
+}
+
+/// Locks what is mapped; what is mapped later, too, unless the limit could then make a mapping fail.
+fn lock_memory(limit: Option<u64>) -> Result<(), String> {
+    let is_unbounded = capabilities(None).is_ok_and(|sets| sets.effective.contains(CapabilitySet::IPC_LOCK));
+    let has_room = is_unbounded || limit.is_none_or(|bytes| bytes >= LOCK_ROOM);
+    let later = if has_room { MlockAllFlags::FUTURE } else { MlockAllFlags::empty() };
+    mlockall(MlockAllFlags::CURRENT | later).map_err(|e| e.to_string())
 }
 
 fn schedule_fifo(priority: u8) -> Result<(), String> {

@@ -13,7 +13,6 @@ use sim_core::vector::Vec3;
 pub struct EnergyObserver {
     last: Option<(Vec3, Vec3)>,
     given_j: f64,
-    largest_j: f64,
 }
 
 impl EnergyObserver {
@@ -21,7 +20,6 @@ impl EnergyObserver {
     pub fn measure(&mut self, position_m: Vec3, force_n: Vec3) {
         if let Some((position, force)) = self.last {
             self.given_j += force.dot(&(position_m - position));
-            self.largest_j = self.largest_j.max(self.given_j);
         }
         self.last = Some((position_m, force_n));
     }
@@ -30,12 +28,6 @@ impl EnergyObserver {
     #[must_use]
     pub fn given_j(&self) -> f64 {
         self.given_j
-    }
-
-    /// The largest value that [`given_j`](Self::given_j) ever had, joules.
-    #[must_use]
-    pub fn largest_j(&self) -> f64 {
-        self.largest_j
     }
 }
 

@@ -12,6 +12,7 @@ pub mod energy;
 pub mod events;
 pub mod flight_recorder;
 pub mod ladder;
+pub mod orders;
 pub mod params;
 pub mod safety;
 pub mod sample;

@@ -291,11 +291,9 @@ pub(in crate::servo) fn to_ns(seconds: f64) -> u64 {
 mod tests {
     use super::*;
 
-    const OMNI: DeviceLimits = DeviceLimits { peak_force_n: 3.3, continuous_force_n: 0.88, stiffness_n_per_m: 500.0 };
-
     #[test]
     fn defaults_are_valid_and_the_weaker_of_device_and_configuration_counts() {
-        let params = ServoParams::new(&ServoConfig::default(), &OMNI).expect("defaults");
+        let params = ServoParams::new(&ServoConfig::default(), &DeviceLimits::OMNI).expect("defaults");
         assert_eq!(params.config(), ServoConfig::default());
         let weak = DeviceLimits { peak_force_n: 1.0, continuous_force_n: 2.0, stiffness_n_per_m: 100.0 };
         let params = ServoParams::new(&ServoConfig::default(), &weak).expect("weak device");
@@ -308,10 +306,10 @@ mod tests {
     fn a_bad_constant_is_named() {
         let mut config = ServoConfig::default();
         config.safety.slew_n_per_s = f64::NAN;
-        assert_eq!(ServoParams::new(&config, &OMNI).map_err(|e| e.key), Err("safety.slew_n_per_s"));
+        assert_eq!(ServoParams::new(&config, &DeviceLimits::OMNI).map_err(|e| e.key), Err("safety.slew_n_per_s"));
         config = ServoConfig::default();
         config.ladder.decay_s = 0.2;
-        let error = ServoParams::new(&config, &OMNI).expect_err("too slow for a known death");
+        let error = ServoParams::new(&config, &DeviceLimits::OMNI).expect_err("too slow for a known death");
         assert!(error.to_string().contains("servo.ladder.decay_s is 0.2"), "{error}");
     }
 

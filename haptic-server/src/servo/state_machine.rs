@@ -89,6 +89,8 @@ impl ServoFault {
 /// How the tissue is reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Link {
+    /// Not even a sample of the device.
+    NoSample,
     /// No port, or the ladder has run out.
     None,
     /// A late port: enough to go on, not to start.
@@ -181,7 +183,8 @@ impl StateMachine {
                     Mode::Monitor
                 }
             },
-            (Mode::Init, _) | (Mode::Armed | Mode::Ramp | Mode::Active, Link::None) => Mode::Monitor,
+            (Mode::Init, Link::NoSample) => Mode::Init,
+            (Mode::Init, _) | (Mode::Armed | Mode::Ramp | Mode::Active, Link::None | Link::NoSample) => Mode::Monitor,
             (Mode::Monitor, Link::Good) => self.after(self.params.arm_wait_s, dt_s, Mode::Armed),
             (Mode::Armed, Link::Good) if situation.wanted_n <= self.params.arm_force_n => {
                 self.after(self.params.arm_wait_s, dt_s, Mode::Ramp)
@@ -226,22 +229,23 @@ mod tests {
     fn every_mode_and_situation_leads_where_the_table_says() {
         let fault = Situation { fault: Some(ServoFault::DeadlineMissed), ..QUIET };
         let none = Situation { link: Link::None, ..QUIET };
+        let mute = Situation { link: Link::NoSample, ..QUIET };
         let late = Situation { link: Link::Late, ..QUIET };
         let loud = Situation { wanted_n: 2.0, ..QUIET };
         let rearm = Situation { operator: Operator::Rearm, ..QUIET };
         use Mode::{Active, Armed, Fault, Init, Monitor, Ramp};
         // Mode it starts in, and where it has gone after one second of: quiet, fault, no link, late link, a large
-        // wanted force, a re-arm order in every tick.
+        // wanted force, a re-arm order in every tick, no sample.
         let table = [
-            (Init, [Ramp, Fault, Monitor, Monitor, Armed, Ramp]),
-            (Monitor, [Ramp, Fault, Monitor, Monitor, Armed, Ramp]),
-            (Armed, [Ramp, Fault, Monitor, Armed, Armed, Ramp]),
-            (Ramp, [Ramp, Fault, Monitor, Ramp, Ramp, Ramp]),
-            (Active, [Active, Fault, Monitor, Active, Active, Active]),
-            (Fault, [Fault, Fault, Fault, Fault, Fault, Ramp]),
+            (Init, [Ramp, Fault, Monitor, Monitor, Armed, Ramp, Init]),
+            (Monitor, [Ramp, Fault, Monitor, Monitor, Armed, Ramp, Monitor]),
+            (Armed, [Ramp, Fault, Monitor, Armed, Armed, Ramp, Monitor]),
+            (Ramp, [Ramp, Fault, Monitor, Ramp, Ramp, Ramp, Monitor]),
+            (Active, [Active, Fault, Monitor, Active, Active, Active, Monitor]),
+            (Fault, [Fault, Fault, Fault, Fault, Fault, Ramp, Fault]),
         ];
         for (start, ends) in table {
-            for (situation, end) in [QUIET, fault, none, late, loud, rearm].iter().zip(ends) {
+            for (situation, end) in [QUIET, fault, none, late, loud, rearm, mute].iter().zip(ends) {
                 let mut machine = machine_in(start);
                 for _ in 0..1_000 {
                     machine.tick(situation, DT);

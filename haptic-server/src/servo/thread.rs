@@ -13,7 +13,6 @@ use crate::servo::params::{ServoParams, to_ns};
 use crate::servo::stats::{ServoStats, TickTimes};
 use crate::servo::tick::{Orders, Servo, StopOrder, TickInput};
 use crate::servo_setup::ServoLinks;
-use protocol::ports::ServoStateWriter;
 use protocol::servo_state::ServoState;
 use protocol::tissue_port::TissuePort;
 use rustix::thread::ClockId as SleepClock;
@@ -23,25 +22,7 @@ use std::sync::atomic::Ordering;
 /// Places of the port cell; more ports than this between two ticks cannot be found in it.
 pub const PORT_CELL: usize = 2;
 
-/// Where `servo_state` goes: shared memory live, nowhere in some tests.
-pub trait StateSink {
-    /// Publishes the state; no heap, no lock, no system call.
-    fn publish(&mut self, state: &mut ServoState);
-}
-
-impl<F: FnMut(&mut ServoState)> StateSink for F {
-    fn publish(&mut self, state: &mut ServoState) {
-        self(state);
-    }
-}
-
-impl StateSink for ServoStateWriter {
-    fn publish(&mut self, state: &mut ServoState) {
-        self.write(state);
-    }
-}
-
-/// The servo against the wall clock.
+/// The servo against the wall clock. `sink` publishes `servo_state`: no heap, no lock, no system call.
 pub struct LiveRoom<'a, S> {
     servo: Servo,
     links: &'a ServoLinks,
@@ -55,7 +36,7 @@ pub struct LiveRoom<'a, S> {
     last_now_ns: Option<u64>,
 }
 
-impl<'a, S: StateSink> LiveRoom<'a, S> {
+impl<'a, S: FnMut(&mut ServoState)> LiveRoom<'a, S> {
     /// A room that has not waited yet.
     #[must_use]
     pub fn new(servo: Servo, params: &ServoParams, links: &'a ServoLinks, sink: S, stats: ServoStats) -> Self {
@@ -104,7 +85,7 @@ impl<'a, S: StateSink> LiveRoom<'a, S> {
     }
 }
 
-impl<S: StateSink> ServoRoom for LiveRoom<'_, S> {
+impl<S: FnMut(&mut ServoState)> ServoRoom for LiveRoom<'_, S> {
     fn wait(&mut self) -> Option<TickTime> {
         if self.servo.is_stopped() {
             return None;
@@ -139,7 +120,7 @@ impl<S: StateSink> ServoRoom for LiveRoom<'_, S> {
             compute_ns: 0,
             clips: output.clips,
         };
-        self.sink.publish(&mut record.state);
+        (self.sink)(&mut record.state);
         let done_ns = monotonic_ns();
         record.compute_ns = done_ns.saturating_sub(time.now_ns);
         let has_port = record.state.port_sequence > 0;

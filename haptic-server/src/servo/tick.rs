@@ -6,12 +6,13 @@
 //! before the safety stage, which has the last word. Metres, newtons, seconds, scene frame.
 //! Deliberately absent: a second device (handles 2 and 3 of the message stay free).
 
-use crate::device::{DeviceCommand, DeviceSample, HandView, TickTime};
+use crate::device::HandView;
 use crate::servo::clock::{MissCounter, Wakefulness};
 use crate::servo::coupling::{HANDLES_PER_DEVICE, Handles};
 use crate::servo::energy::EnergyObserver;
 use crate::servo::events::{EventBatch, EventKind, ServoEvent};
 use crate::servo::ladder::{Ladder, PortRefusal, Rung, Step};
+pub use crate::servo::orders::{FLAG_DEGRADED, FLAG_STOPPING, Orders, Rights, StopOrder, TickInput, TickOutput};
 use crate::servo::params::ServoParams;
 use crate::servo::safety::{ForceStage, Released, Verdict};
 use crate::servo::sample::{Accepted, Buttons, SampleGate};
@@ -22,70 +23,10 @@ use protocol::wire::{Field, Message};
 use sim_core::kinematics::coupling::StylusState;
 use sim_core::vector::Vec3;
 
-/// `servo_state` flag: no real-time rights.
-pub const FLAG_DEGRADED: u32 = 1;
-/// `servo_state` flag: a stop order is being followed.
-pub const FLAG_STOPPING: u32 = 2;
 /// A press of this button (the back one) re-arms after a fault; the front one sutures.
 const REARM_BUTTON: usize = 1;
 /// Longer ticks integrate as this many periods; the rest of the time is lost, not made up for.
 const LONGEST_TICK_PERIODS: f64 = 20.0;
-
-/// With which rights the servo runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rights {
-    /// Real-time scheduling and locked memory, or a virtual clock.
-    Full,
-    /// Neither can be promised.
-    Degraded,
-}
-
-/// Whether the servo should go on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum StopOrder {
-    /// Go on.
-    #[default]
-    GoOn,
-    /// Fade to zero force and end.
-    Stop,
-}
-
-/// Orders from outside the loop; counters, so that none is lost or taken twice.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Orders {
-    /// Deaths of the solver that the supervisor has reported since start.
-    pub solver_deaths: u32,
-    /// Re-arm commands since start.
-    pub rearms: u32,
-    /// Stop order.
-    pub stop: StopOrder,
-}
-
-/// What one tick needs.
-#[derive(Clone, Copy, Debug)]
-pub struct TickInput<'a> {
-    /// When.
-    pub time: TickTime,
-    /// From the device.
-    pub sample: &'a DeviceSample,
-    /// The newest port, when one has arrived since the last tick.
-    pub new_port: Option<&'a TissuePort>,
-    /// Orders.
-    pub orders: Orders,
-    /// Whether the machine slept since the last tick.
-    pub wakefulness: Wakefulness,
-}
-
-/// What one tick gives, beside [`Servo::state`].
-#[derive(Clone, Copy, Debug)]
-pub struct TickOutput {
-    /// For the device.
-    pub command: DeviceCommand,
-    /// What happened.
-    pub events: EventBatch,
-    /// `CLIP_…` bits of the safety stage.
-    pub clips: u32,
-}
 
 /// The servo of one device.
 #[derive(Clone, Debug)]
@@ -179,7 +120,7 @@ impl Servo {
         };
         self.move_machine(&situation, dt_s, &mut news);
         let gain = self.machine.gain() * step.gain * answer.gain * self.stop_gain(input.orders.stop, dt_s, &mut news);
-        let released = self.stage.release(wanted * gain, input.time.dt_s);
+        let released = self.stage.release(wanted * gain, dt_s);
         self.verdict = released.verdict;
         if let Some(sample) = answer.sample {
             self.observer.measure(sample.position_m, released.command.force_n);
@@ -352,7 +293,8 @@ impl News {
 
 fn link(sample: Option<Accepted>, rung: Rung) -> Link {
     match (sample, rung) {
-        (None, _) | (_, Rung::None) => Link::None,
+        (None, _) => Link::NoSample,
+        (_, Rung::None) => Link::None,
         (_, Rung::Affine) => Link::Good,
         (_, Rung::OneRing | Rung::Frozen | Rung::Decay) => Link::Late,
     }

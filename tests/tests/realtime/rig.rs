@@ -16,8 +16,7 @@ pub(crate) const TISSUE_N_PER_M: f64 = 300.0;
 /// What counts as no force, newtons: a thousandth of what a finger notices.
 pub(crate) const ZERO_N: f64 = 1e-4;
 
-pub(crate) const OMNI: DeviceLimits =
-    DeviceLimits { peak_force_n: 3.3, continuous_force_n: 0.88, stiffness_n_per_m: 500.0 };
+pub(crate) const OMNI: DeviceLimits = DeviceLimits::OMNI;
 
 /// Which handles the solver offers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
