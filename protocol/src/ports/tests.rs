@@ -46,6 +46,7 @@ impl Drop for TestRun {
 }
 
 fn wait_for<T>(mut poll: impl FnMut() -> Option<T>) -> T {
+    // Wall clock: patience with another process; nothing is measured.
     let start = Instant::now();
     loop {
         if let Some(value) = poll() {
@@ -241,6 +242,7 @@ fn child_publishes_until_it_is_killed() {
     let Some(path) = std::env::var_os(CHILD_RUN_DIR) else { return };
     let node = PortNode::join(&RunDir::open(path.as_ref()).unwrap(), "child").unwrap();
     let mut publisher = TissuePortPublisher::open(&node).unwrap();
+    // Wall clock: an orphan must end by itself.
     let start = Instant::now();
     while start.elapsed() < PATIENCE {
         publisher.send(&mut port(std::process::id())).unwrap();

@@ -118,7 +118,7 @@ fn table2_stiffness_is_a_membrane_of_four_thirds_k() {
     let line_force = lattice_membrane_n_per_m(SKIN_K) * strain;
     let pull = |i: usize| {
         let share = if i / n == 0 || i / n == n - 1 { 0.5 } else { 1.0 };
-        let sign = f64::from(u8::from(i % n == n - 1)) - f64::from(u8::from(i % n == 0));
+        let sign = f64::from(u8::from(i % n == n - 1)) - f64::from(u8::from(i.is_multiple_of(n)));
         (i, Vec3::x() * (sign * share * line_force * h))
     };
     run(&mut solver, &mut loaded((0..n * n).map(pull)), 0.6);
@@ -241,10 +241,10 @@ fn literal_growth(network: &SpringNetwork, dt: f64) -> f64 {
     let start = size(&net);
     for _ in 0..600 {
         let force = net.spring_forces_n(&net.position_m);
-        for i in (0..force.len()).filter(|i| network.fixed[*i] == 0) {
-            for d in 0..3 {
-                let drag = network.drag_n_s_per_m[i] * net.velocity_m_per_s[i][d];
-                net.velocity_m_per_s[i][d] += dt * (force[i][d] - drag) / network.mass_kg[i];
+        for (i, pull) in force.iter().enumerate().filter(|(i, _)| network.fixed[*i] == 0) {
+            let (drag, mass) = (network.drag_n_s_per_m[i], network.mass_kg[i]);
+            for (d, f) in pull.iter().enumerate() {
+                net.velocity_m_per_s[i][d] += dt * (f - drag * net.velocity_m_per_s[i][d]) / mass;
                 net.position_m[i][d] += dt * net.velocity_m_per_s[i][d];
             }
         }
