@@ -9,6 +9,7 @@ pub mod hand;
 pub mod logging;
 pub mod realtime;
 pub mod report;
+pub mod rig;
 pub mod scene_file;
 pub mod servo;
 pub mod servo_link;

@@ -82,8 +82,8 @@ pub struct RunSummary {
     pub degraded: bool,
     /// What was missing, and how to get it.
     pub degraded_reasons: Vec<String>,
-    /// Simulated seconds per second of wall time.
-    pub realtime_factor: f64,
+    /// Simulated seconds per second of wall time; not in files that must come out equal on repetition.
+    pub realtime_factor: Option<f64>,
     /// Version of the binary.
     pub version: String,
 }
@@ -149,7 +149,11 @@ impl fmt::Display for RunSummary {
         if !self.registration.is_empty() {
             writeln!(f, "registration     {}", self.registration)?;
         }
-        writeln!(f, "duration         {:.3} s, {:.1} × real time", self.duration_s, self.realtime_factor)?;
+        write!(f, "duration         {:.3} s", self.duration_s)?;
+        match self.realtime_factor {
+            Some(factor) => writeln!(f, ", {factor:.1} × real time")?,
+            None => writeln!(f)?,
+        }
         writeln!(f, "servo            {} ticks, {} missed, state {}", self.ticks, self.missed, self.state)?;
         writeln!(f, "wake-up          {}", self.wake_ns)?;
         writeln!(f, "tick             {}", self.compute_ns)?;

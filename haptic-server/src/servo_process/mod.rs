@@ -11,20 +11,19 @@
 //! the supervisor and the process ends.
 
 mod bridge;
-mod build;
 mod control;
 mod report;
 mod room;
 
 use crate::error::ServerError;
 use crate::realtime::RightsPolicy;
+use crate::rig::{self, Rig, RigChoice};
 use crate::servo::params::ServoParams;
 use crate::servo_link::{FromServo, NoRtPolicy, ServoSpec, ToServo};
 use crate::servo_setup::{Recording, ServoLinks};
 use crate::supervisor::signals::stop_flag;
 use crate::telemetry;
 use bridge::Delivery;
-use build::Built;
 use control::{ControlLine, Incoming};
 use crossbeam::queue::ArrayQueue;
 use protocol::ports::PortError;
@@ -54,15 +53,21 @@ pub fn run() -> Result<(), ServerError> {
     let spec = control.specification()?;
     crate::supervisor::child::end_with_parent(spec.guarded_by)?;
     let run = RunDir::open(&spec.run_dir)?;
-    let built = build::device(&spec)?;
-    let name = built.device.name().to_owned();
+    let Rig { device, registration, ends_after_s } = rig::build(&RigChoice {
+        device: &spec.device,
+        hand: &spec.hand,
+        side: spec.hand_side,
+        length: spec.length,
+        wound_extent_m: spec.wound_extent_m,
+    })?;
+    let device = device.into_device();
+    let name = device.name().to_owned();
     let params =
-        ServoParams::new(&spec.servo, &built.device.limits()).map_err(|e| ServerError::Configuration(e.to_string()))?;
+        ServoParams::new(&spec.servo, &device.limits()).map_err(|e| ServerError::Configuration(e.to_string()))?;
     let links = Arc::new(ServoLinks::new(params.period_ns(), Recording::None));
     let delivery =
         Arc::new(Delivery { links: links.clone(), reports: ArrayQueue::new(1), stop: AtomicBool::new(false) });
     let bridge = spawn_bridge(&run, &delivery)?;
-    let Built { device, registration, ends_after_s } = built;
     let servo = spawn_servo(&run, device, params, &links, policy(&spec))?;
     let mut watch = Watch { links: &links, stop: &stop, spec: &spec, ends_after_s, ready: None };
     watch.until_finished(&mut control, &servo)?;

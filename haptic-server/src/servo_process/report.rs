@@ -39,7 +39,7 @@ pub(super) fn summary(facts: Facts, end: &LoopEnd, wound: Option<&WoundReport>) 
         state: servo_state_name(end.state.mode).to_owned(),
         degraded: end.rights.is_degraded(),
         degraded_reasons: end.rights.reasons(),
-        realtime_factor: wound.map_or(0.0, |w| w.sim_time_s) / duration_s.max(f64::MIN_POSITIVE),
+        realtime_factor: wound.filter(|_| duration_s > 0.0).map(|w| w.sim_time_s / duration_s),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         ..RunSummary::default()
     }

@@ -1,0 +1,218 @@
+//! Device and hand of a run, built from the command line's choices; live and lockstep use the same.
+//!
+//! A recording is laid onto the wound by the similarity transform of `hand::registration`: every scene stands in
+//! the wound frame (middle of the wound = origin, x across, y along, z out of the tissue), so only the extent of the
+//! suture points is needed. The middle of the simulated device's workspace goes to where the hand works. With a given
+//! run time a recording repeats until the end; without, the run ends with it.
+
+use crate::cli::choice::{DeviceChoice, HandChoice, HandSide};
+use crate::device::frame::SceneFromDevice;
+use crate::device::replay::ReplayDevice;
+use crate::device::simulated::{SimulatedDevice, SimulatedDeviceParams};
+use crate::device::{Device, PulledDevice};
+use crate::error::ServerError;
+use crate::hand::recorded::RecordedHand;
+use crate::hand::registration::{Registration, ScaleRule, WoundPlace};
+use crate::hand::resample::AtEnd;
+use crate::hand::synthetic::{SyntheticHand, SyntheticHandParams};
+use crate::hand::{HandFileFault, csv};
+use crate::servo_link::RunLength;
+use sim_core::vector::Vec3;
+use std::path::Path;
+
+/// Where the synthetic hand waits above the wound, and where the middle of its workspace is, metres.
+const SYNTHETIC_HOME_M: f64 = 0.02;
+
+/// What to build.
+#[derive(Clone, Copy, Debug)]
+pub struct RigChoice<'a> {
+    /// Device.
+    pub device: &'a DeviceChoice,
+    /// Who moves a simulated stylus.
+    pub hand: &'a HandChoice,
+    /// Which hand of a recording.
+    pub side: HandSide,
+    /// Whether a recording repeats.
+    pub length: RunLength,
+    /// From the first to the last suture point, metres.
+    pub wound_extent_m: f64,
+}
+
+/// A device, ready to run.
+pub enum RigDevice {
+    /// Simulated Omni.
+    Simulated(Box<SimulatedDevice>),
+    /// Open-loop replay.
+    Replay(Box<ReplayDevice>),
+}
+
+/// Device and what is known about its hand.
+pub struct Rig {
+    /// The device.
+    pub device: RigDevice,
+    /// How a recorded hand was placed, in words; empty for others.
+    pub registration: String,
+    /// How long the hand moves, if it ends by itself, seconds.
+    pub ends_after_s: Option<f64>,
+}
+
+impl RigDevice {
+    /// As a device that runs the loop.
+    #[must_use]
+    pub fn into_device(self) -> Box<dyn Device> {
+        match self {
+            Self::Simulated(device) => device,
+            Self::Replay(device) => device,
+        }
+    }
+
+    /// As a device that is asked once per tick.
+    pub fn pulled(&mut self) -> &mut dyn PulledDevice {
+        match self {
+            Self::Simulated(device) => device.as_mut(),
+            Self::Replay(device) => device.as_mut(),
+        }
+    }
+}
+
+impl From<HandFileFault> for ServerError {
+    fn from(fault: HandFileFault) -> Self {
+        let sentence = fault.to_string();
+        match fault {
+            HandFileFault::NotFound { .. } | HandFileFault::Unreadable { .. } => Self::NoInput(sentence),
+            _ => Self::BadData(sentence),
+        }
+    }
+}
+
+/// Builds what was chosen.
+///
+/// # Errors
+/// 66 or 65 for a recording that cannot be used, 69 for a device without driver.
+pub fn build(choice: &RigChoice<'_>) -> Result<Rig, ServerError> {
+    choice.device.require_drivable()?;
+    match (choice.device, choice.hand) {
+        (DeviceChoice::Replay(path), _) => {
+            let recorded = Recorded::read(path, choice)?;
+            Ok(recorded.rig(|hand, _| RigDevice::Replay(Box::new(ReplayDevice::new(Box::new(hand))))))
+        }
+        (_, HandChoice::File(path)) => {
+            let recorded = Recorded::read(path, choice)?;
+            Ok(recorded.rig(|hand, centre_m| simulated(Box::new(hand), centre_m)))
+        }
+        (_, HandChoice::Synthetic) => {
+            let home_m = Vec3::new(0.0, 0.0, SYNTHETIC_HOME_M);
+            let hand = SyntheticHand::new(SyntheticHandParams::default(), home_m);
+            Ok(Rig { device: simulated(Box::new(hand), home_m), registration: String::new(), ends_after_s: None })
+        }
+    }
+}
+
+fn simulated(hand: Box<dyn crate::hand::Hand>, centre_m: Vec3) -> RigDevice {
+    let frame = SceneFromDevice::workspace_at(centre_m);
+    RigDevice::Simulated(Box::new(SimulatedDevice::new(SimulatedDeviceParams::default(), frame, hand)))
+}
+
+/// A recorded hand on the wound.
+struct Recorded {
+    hand: RecordedHand,
+    registration: Registration,
+    ends_after_s: Option<f64>,
+}
+
+impl Recorded {
+    fn read(path: &Path, choice: &RigChoice<'_>) -> Result<Self, ServerError> {
+        let side = match choice.side {
+            HandSide::Left => csv::HandSide::Left,
+            HandSide::Right => csv::HandSide::Right,
+        };
+        let file = csv::read_path(path, side)?;
+        let wound = WoundPlace {
+            centre_m: Vec3::zeros(),
+            along: Vec3::y(),
+            across: Vec3::x(),
+            outward: Vec3::z(),
+            extent_m: choice.wound_extent_m,
+        };
+        let registration = Registration::new(file.kind, &file.recording, &wound);
+        let at_end = match choice.length {
+            RunLength::Given => AtEnd::Loop,
+            RunLength::OfTheHand => AtEnd::Hold,
+        };
+        let unusable = |e| ServerError::BadData(format!("{}: {e}", path.display()));
+        let hand = RecordedHand::new(&registration.apply(file.recording), at_end).map_err(unusable)?;
+        let ends_after_s = (choice.length == RunLength::OfTheHand).then(|| hand.duration_s());
+        Ok(Self { hand, registration, ends_after_s })
+    }
+
+    fn rig(self, device: impl FnOnce(RecordedHand, Vec3) -> RigDevice) -> Rig {
+        Rig {
+            device: device(self.hand, self.registration.workspace_centre_m),
+            registration: in_words(&self.registration),
+            ends_after_s: self.ends_after_s,
+        }
+    }
+}
+
+/// The similarity transform in words.
+fn in_words(r: &Registration) -> String {
+    let rule = match r.rule {
+        ScaleRule::SutureExtent => "the grips span the suture points",
+        ScaleRule::Workspace => "the motion fills the workspace",
+        ScaleRule::LifeSize => "life size",
+    };
+    let t = r.translation_m * 1e3;
+    format!(
+        "scale {:.3} ({rule}), {} grips, moved by ({:.1}, {:.1}, {:.1}) mm after rotation",
+        r.scale, r.grips, t.x, t.y, t.z
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exit;
+
+    fn choice<'a>(device: &'a DeviceChoice, hand: &'a HandChoice) -> RigChoice<'a> {
+        RigChoice { device, hand, side: HandSide::Right, length: RunLength::OfTheHand, wound_extent_m: 0.024 }
+    }
+
+    #[test]
+    fn the_synthetic_hand_never_ends_and_a_recording_does() {
+        let rig = build(&choice(&DeviceChoice::Simulated, &HandChoice::Synthetic)).expect("needs nothing");
+        assert!(rig.ends_after_s.is_none() && rig.registration.is_empty());
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("hand.csv");
+        let recording = crate::hand::HandRecording {
+            times_s: vec![0.0, 0.5, 2.0],
+            positions_m: vec![Vec3::zeros(), Vec3::new(0.01, 0.0, 0.0), Vec3::new(0.0, 0.02, 0.0)],
+            buttons: vec![0, 1, 0],
+        };
+        csv::write_scene(&recording, &mut std::fs::File::create(&path).expect("file")).expect("written");
+        for (device, hand) in [
+            (DeviceChoice::Replay(path.clone()), HandChoice::Synthetic),
+            (DeviceChoice::Simulated, HandChoice::File(path.clone())),
+        ] {
+            let rig = build(&choice(&device, &hand)).expect("a sound recording");
+            assert_eq!(rig.ends_after_s, Some(2.0));
+            assert!(rig.registration.contains("1 grips"), "{}", rig.registration);
+            let repeating = RigChoice { length: RunLength::Given, ..choice(&device, &hand) };
+            assert!(build(&repeating).expect("a sound recording").ends_after_s.is_none());
+        }
+    }
+
+    #[test]
+    fn missing_and_broken_recordings_have_their_codes() {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("hand.csv");
+        let code = || {
+            let device = DeviceChoice::Replay(path.clone());
+            build(&choice(&device, &HandChoice::Synthetic)).err().map(|e| e.exit_code())
+        };
+        assert_eq!(code(), Some(exit::NO_INPUT));
+        std::fs::write(&path, "no,such,columns\n1,2,3\n").expect("written");
+        assert_eq!(code(), Some(exit::BAD_DATA));
+        let pointer = build(&choice(&DeviceChoice::Pointer, &HandChoice::Synthetic));
+        assert_eq!(pointer.err().map(|e| e.exit_code()), Some(exit::UNAVAILABLE));
+    }
+}
