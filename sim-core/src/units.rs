@@ -112,9 +112,10 @@ mod tests {
         #[test]
         fn accepted_values_are_in_range(value in proptest::num::f64::ANY) {
             if let Ok(length) = Metres::new(value) {
-                prop_assert!(length.get() == value && (0.0..=100.0).contains(&value));
+                prop_assert!(length.get() == value && value >= 0.0 && value <= Metres::HIGH);
             } else {
-                prop_assert!(value.is_nan() || value < 0.0 || value > 100.0);
+                let refused_rightly = value.is_nan() || value < Metres::LOW || value > Metres::HIGH;
+                prop_assert!(refused_rightly);
             }
         }
     }

@@ -8,6 +8,7 @@ pub mod energy;
 pub mod force;
 pub mod geodesic;
 pub mod handle;
+pub mod inner_shell;
 pub mod integrator;
 pub mod lattice;
 mod link_solve;
@@ -19,9 +20,11 @@ pub mod params;
 mod patch_select;
 pub mod patch_set;
 pub mod port;
+mod ray;
 pub mod regulation;
 pub mod semi_implicit;
 pub mod settle;
+mod slit_path;
 pub mod solver;
 pub mod solver_params;
 pub mod stability;
@@ -29,10 +32,14 @@ pub mod surface;
 pub mod suture_pair;
 #[cfg(test)]
 mod tests;
+pub mod triangle_mesh;
 pub mod ttsm;
 pub mod utsm;
+pub mod vosm;
 
 #[cfg(test)]
 mod lattice_tests;
+#[cfg(test)]
+mod model_tests;
 #[cfg(test)]
 mod test_support;

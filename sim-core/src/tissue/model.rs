@@ -28,6 +28,8 @@ pub enum TissueKind {
 /// How the inner shell of a volumetric organ came out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShellReport {
+    /// Vertices of the surface that had to be moved because a face was folded back there.
+    pub smoothed_vertices: u32,
     /// Vertices whose offset had to be smaller than asked, so that nothing crosses.
     pub shrunk_vertices: u32,
     /// The smallest offset, metres.
