@@ -111,12 +111,8 @@ mod tests {
     proptest! {
         #[test]
         fn accepted_values_are_in_range(value in proptest::num::f64::ANY) {
-            if let Ok(length) = Metres::new(value) {
-                prop_assert!(length.get() == value && value >= 0.0 && value <= Metres::HIGH);
-            } else {
-                let refused_rightly = value.is_nan() || value < Metres::LOW || value > Metres::HIGH;
-                prop_assert!(refused_rightly);
-            }
+            let accepted = (Metres::LOW..=Metres::HIGH).contains(&value);
+            prop_assert_eq!(Metres::new(value).ok().map(Metres::get), accepted.then_some(value));
         }
     }
 }

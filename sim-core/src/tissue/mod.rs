@@ -42,4 +42,6 @@ mod lattice_tests;
 #[cfg(test)]
 mod model_tests;
 #[cfg(test)]
+mod property_tests;
+#[cfg(test)]
 mod test_support;

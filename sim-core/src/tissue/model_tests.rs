@@ -1,17 +1,13 @@
 //! What holds for every tissue, whichever model built it: distances along the cut mesh, suture
-//! points, and that any parameters end in a tissue or in a sentence.
+//! points, drawing.
 
 use super::geodesic::{DistanceKind, neighbours_within};
-use super::model::{Tissue, TissueError};
+use super::model::Tissue;
 use super::network::{SpringFamily, SpringNetwork};
-use super::params::{DragReading, FamilyFactors, MaterialParams, PatchDepth, WoundParams};
+use super::params::WoundParams;
 use super::test_support::{liver, material, mm, wound};
 use super::ttsm::TtsmParams;
 use super::utsm::{HeldRim, UtsmParams};
-use super::vosm::{HeldRegion, OrganSurface, VosmParams};
-use crate::units::{KilogramsPerCubicMetre, Metres, NewtonSecondsPerMetre, NewtonsPerMetre};
-use crate::vector::Vec3;
-use proptest::prelude::*;
 
 fn closed_slit() -> Tissue {
     let mut wound = wound(20.0, 0.0, 2.0);
@@ -102,7 +98,7 @@ fn geodesic_of_a_vessel_runs_through_the_wall_not_the_lumen() {
     assert!(farthest.clone().count() > 0 && farthest.clone().all(|f| f.1 > 0.02));
 }
 
-fn vessel() -> TtsmParams {
+pub(super) fn vessel() -> TtsmParams {
     let mut wound = wound(24.0, 2.0, 1.5);
     wound.bite = mm(2.0);
     wound.patch_radius = mm(2.0);
@@ -119,7 +115,7 @@ fn vessel() -> TtsmParams {
 }
 
 /// What every built tissue promises.
-fn check(tissue: &Tissue, wound: &WoundParams) {
+pub(super) fn check(tissue: &Tissue, wound: &WoundParams) {
     let network = &tissue.network;
     let nodes = network.node_count();
     assert_eq!((tissue.layer.len(), tissue.side.len()), (nodes, nodes));
@@ -183,121 +179,4 @@ fn crowded_suture_points_are_refused() {
     params.wound.pairs = 12;
     let text = super::test_support::refusal(super::ttsm::build(&params));
     assert!(text.contains("overlap") && text.contains("fewer pairs"), "{text}");
-}
-
-/// Any length, with the odd ones more often than chance would have them.
-fn length() -> impl Strategy<Value = Metres> {
-    let usual = (0.5..120.0_f64).prop_map(|v| v / 1000.0);
-    prop_oneof![6 => usual, 1 => Just(0.0), 1 => Just(1.0e-6), 1 => 0.0..100.0_f64]
-        .prop_map(|v| Metres::new(v).unwrap())
-}
-
-fn factor() -> impl Strategy<Value = f64> {
-    prop_oneof![Just(0.0), Just(0.5), Just(1.0), Just(-1.0), Just(f64::NAN), 0.0..1.0e7_f64]
-}
-
-fn any_material() -> impl Strategy<Value = MaterialParams> {
-    let factors = (factor(), Just(0.3), Just(1.0), Just(0.5));
-    (0.0..1.0e9_f64, factors, 0.0..1.0e6_f64, length(), any::<bool>(), 1.0e-3..1.0e5_f64).prop_map(
-        |(k, (shear, bend, radial, diagonal), c, spacing, per_node, density)| {
-            let drag = NewtonSecondsPerMetre::new(c).unwrap();
-            MaterialParams {
-                stiffness: NewtonsPerMetre::new(k).unwrap(),
-                factors: FamilyFactors { shear, bend, radial, diagonal },
-                drag: if per_node { DragReading::PerNode(drag) } else { DragReading::PerArea { drag, spacing } },
-                density: KilogramsPerCubicMetre::new(density).unwrap(),
-            }
-        },
-    )
-}
-
-fn any_wound() -> impl Strategy<Value = WoundParams> {
-    let depth = prop_oneof![Just(PatchDepth::Surface), Just(PatchDepth::CutLayers)];
-    ([length(), length(), length(), length(), length()], prop_oneof![0..6_u32, any::<u32>()], depth).prop_map(
-        |([length, gap, depth, bite, patch_radius], pairs, patch_depth)| WoundParams {
-            length,
-            gap,
-            depth,
-            pairs,
-            bite,
-            patch_radius,
-            patch_depth,
-        },
-    )
-}
-
-fn judge(built: Result<Tissue, TissueError>, wound: &WoundParams) {
-    match built {
-        Ok(tissue) => check(&tissue, wound),
-        Err(error) => assert!(error.to_string().len() > 20),
-    }
-}
-
-proptest! {
-    #[test]
-    fn any_sheet_is_built_or_refused(
-        [width, length, thickness] in [length(), length(), length()],
-        spacing in prop_oneof![3 => (0.8..20.0_f64).prop_map(mm), 1 => length()],
-        held in prop_oneof![Just(HeldRim::All), Just(HeldRim::BesideWound), Just(HeldRim::BeyondTips)],
-        pre_strain in -0.1..1.1_f64,
-        material in any_material(),
-        wound in any_wound(),
-    ) {
-        let params = UtsmParams { width, length, spacing, thickness, held, pre_strain, material, wound };
-        judge(super::utsm::build(&params), &wound);
-    }
-
-    #[test]
-    fn any_tube_is_built_or_refused(
-        [radius, length, wall] in [length(), length(), length()],
-        [layers, cells_around, cells_along] in [0..5_u32, 0..40_u32, 0..40_u32],
-        huge in prop_oneof![9 => Just(1_u32), 1 => any::<u32>()],
-        material in any_material(),
-        wound in any_wound(),
-    ) {
-        let (cells_around, cells_along) = (cells_around.saturating_mul(huge), cells_along.saturating_mul(huge));
-        let params = TtsmParams { radius, length, wall, layers, cells_around, cells_along, material, wound };
-        judge(super::ttsm::build(&params), &wound);
-    }
-
-    #[test]
-    fn any_organ_is_built_or_refused(
-        axes in [0.0..0.2_f64, 0.0..0.2_f64, 0.0..0.2_f64],
-        taper in -0.1..0.9_f64,
-        subdivision in prop_oneof![0..4_u32, any::<u32>()],
-        [shell_distance, layer_thickness, radius] in [length(), length(), length()],
-        share in -0.1..1.1_f64,
-        region in 0..3_u8,
-        near in [-1.0..1.0_f64, -1.0..1.0_f64, -1.0..1.0_f64],
-        along in [-1.0..1.0_f64, -1.0..1.0_f64, 0.0..1.0e-300_f64],
-        material in any_material(),
-        wound in any_wound(),
-    ) {
-        let mut params = VosmParams { shell_distance, layer_thickness, material, wound, ..liver() };
-        params.surface = OrganSurface::Lobe { half_axes_m: Vec3::from(axes), taper, subdivision };
-        params.held = match region {
-            0 => HeldRegion::Nothing,
-            1 => HeldRegion::Beyond(radius),
-            _ => HeldRegion::Bottom(share),
-        };
-        params.site.near_m = Vec3::from(near);
-        params.site.along = Vec3::from(along);
-        judge(super::vosm::build(&params), &wound);
-    }
-
-    #[test]
-    fn a_damaged_mesh_is_built_or_refused(
-        face in 0..80_usize,
-        corner in 0..3_usize,
-        vertex in 0..50_u32,
-        moved in 0..42_usize,
-        to in [-2.0..2.0_f64, -2.0..2.0_f64, -2.0..2.0_f64],
-    ) {
-        let mut mesh = super::triangle_mesh::TriangleMesh::icosphere(1).unwrap();
-        mesh.vertices_m[moved] = Vec3::from(to);
-        mesh.faces[face][corner] = vertex;
-        mesh.vertices_m.iter_mut().for_each(|x| *x *= 0.05);
-        let params = VosmParams { surface: OrganSurface::Mesh(mesh), ..liver() };
-        judge(super::vosm::build(&params), &params.wound);
-    }
 }

@@ -347,19 +347,17 @@ mod tests {
             mesh.faces.truncate(70);
             p.surface = OrganSurface::Mesh(mesh);
         };
-        let cases: [(&dyn Fn(&mut VosmParams), &str); 6] = [
-            (&long, "bends away"),
-            (&aimless, "direction is zero"),
-            (&nowhere, "not a finite vector"),
-            (&wide, "make the gap smaller"),
-            (&coarse, "refine the mesh"),
-            (&open, "open"),
-        ];
-        for (change, words) in cases {
+        let check = |change: &dyn Fn(&mut VosmParams), words: &str| {
             let mut params = liver();
             change(&mut params);
             let text = refusal(build(&params));
             assert!(text.contains(words), "“{text}” lacks “{words}”");
-        }
+        };
+        check(&long, "bends away");
+        check(&aimless, "direction is zero");
+        check(&nowhere, "not a finite vector");
+        check(&wide, "make the gap smaller");
+        check(&coarse, "refine the mesh");
+        check(&open, "open");
     }
 }
