@@ -1,24 +1,20 @@
 //! The plain timer baseline: a thread that sleeps until the next millisecond and notes how late it woke.
 //!
-//! Absolute sleep on `CLOCK_MONOTONIC`, at `SCHED_FIFO` when the rights are there, as the servo does. Late periods are skipped
-//! and counted, never caught up in a burst. Nanoseconds. Deliberately absent: any work in the tick.
+//! Absolute sleep on `CLOCK_MONOTONIC` by the servo's own schedule and with the rights that the servo asks for: late periods
+//! are skipped and counted, never caught up in a burst. Nanoseconds. Deliberately absent: any work in the tick.
 
-use super::report::Percentiles;
+use haptic_server::realtime::{RealtimeConfig, acquire};
+use haptic_server::servo::clock::Schedule;
+use haptic_server::summary::Percentiles;
 use hdrhistogram::Histogram;
 use rustix::thread::{ClockId, Timespec, clock_nanosleep_absolute};
 use rustix::time::clock_gettime;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
-use thread_priority::{
-    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy, set_thread_priority_and_policy,
-    thread_native_id,
-};
 
 /// Period, nanoseconds: the servo's.
 const PERIOD_NS: u64 = 1_000_000;
-/// `SCHED_FIFO` priority: the servo's.
-const PRIORITY: u8 = 80;
 /// Longest lateness that the histogram tells apart, nanoseconds: a minute.
 const LONGEST_NS: u64 = 60_000_000_000;
 /// Digits that the histogram keeps.
@@ -31,7 +27,7 @@ pub struct Baseline {
 }
 
 /// What the baseline saw.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Measured {
     /// Lateness of its wake-ups.
     pub wake_ns: Percentiles,
@@ -39,8 +35,8 @@ pub struct Measured {
     pub ticks: u64,
     /// Periods skipped.
     pub missed: u64,
-    /// Whether it ran at `SCHED_FIFO`.
-    pub real_time: bool,
+    /// What it asked for and did not get, in words.
+    pub missing_rights: Vec<String>,
 }
 
 impl Baseline {
@@ -67,29 +63,23 @@ fn sleep_and_note(stop: &AtomicBool) -> Measured {
     let Ok(mut lateness) = Histogram::<u64>::new_with_bounds(1, LONGEST_NS, DIGITS) else {
         return Measured::default();
     };
-    let real_time = ask_for_fifo();
+    let rights = acquire(&RealtimeConfig::default());
+    let missing_rights = if rights.is_degraded() { rights.reasons() } else { Vec::new() };
     let (mut ticks, mut missed) = (0, 0);
-    let mut next_ns = now_ns() + PERIOD_NS;
+    let mut schedule = Schedule::starting(now_ns(), PERIOD_NS);
     while !stop.load(Ordering::Relaxed) {
+        let due_ns = schedule.next_ns();
         // An interrupted sleep shows as an early wake-up and sleeps again.
-        let _interrupted = clock_nanosleep_absolute(ClockId::Monotonic, &timespec(next_ns));
+        let _interrupted = clock_nanosleep_absolute(ClockId::Monotonic, &timespec(due_ns));
         let now = now_ns();
-        if now < next_ns {
+        if now < due_ns {
             continue;
         }
-        lateness.saturating_record(now - next_ns);
+        lateness.saturating_record(now - due_ns);
         ticks += 1;
-        let skipped = (now - next_ns) / PERIOD_NS;
-        missed += skipped;
-        next_ns += (skipped + 1) * PERIOD_NS;
+        missed += schedule.advance(now);
     }
-    Measured { wake_ns: Percentiles::from(&lateness), ticks, missed, real_time }
-}
-
-fn ask_for_fifo() -> bool {
-    let Ok(priority) = PRIORITY.try_into() else { return false };
-    let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
-    set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Crossplatform(priority), policy).is_ok()
+    Measured { wake_ns: Percentiles::from(&lateness), ticks, missed, missing_rights }
 }
 
 fn now_ns() -> u64 {

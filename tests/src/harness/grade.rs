@@ -10,7 +10,7 @@
 //! The first column are the limits that LinuxCNC gives for its latency test, the second those of libfranka's communication
 //! test. Beside the grade stands whose it is: when the plain timer of the same run woke as late, the machine is the limit.
 
-use super::report::Percentiles;
+use haptic_server::summary::Percentiles;
 use std::fmt;
 
 /// Fitness for a real device at 1 kHz.

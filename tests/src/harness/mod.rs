@@ -12,17 +12,16 @@ mod run;
 
 pub use baseline::Baseline;
 pub use grade::{Grade, grade};
-pub use report::{Percentiles, TraceReport};
+pub use report::TraceReport;
 
 use clap::Parser;
+use haptic_server::exit;
 use run::RunFault;
 use std::ffi::OsString;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Wrong command line (sysexits).
-const USAGE: u8 = 64;
 /// Longest run per trace, seconds: a day.
 const LONGEST_S: f64 = 86_400.0;
 
@@ -61,7 +60,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Err(error) => {
             // Nothing can be done when even the message cannot be written.
             let _unwritten = error.print();
-            return ExitCode::from(if error.use_stderr() { USAGE } else { 0 });
+            return ExitCode::from(if error.use_stderr() { exit::USAGE } else { exit::OK });
         }
     };
     match measure_all(&arguments).and_then(|reports| write_reports(&arguments, &reports)) {

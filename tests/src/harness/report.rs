@@ -2,29 +2,9 @@
 //! rename. Durations in nanoseconds.
 
 use super::grade::Grade;
-use hdrhistogram::Histogram;
-use serde::{Deserialize, Serialize};
+use haptic_server::summary::Percentiles;
+use serde::Serialize;
 use std::fmt;
-
-/// Percentiles of one duration, nanoseconds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Percentiles {
-    /// Median.
-    pub p50: u64,
-    /// 99 %.
-    pub p99: u64,
-    /// 99.9 %.
-    pub p999: u64,
-    /// Largest.
-    pub max: u64,
-}
-
-impl From<&Histogram<u64>> for Percentiles {
-    fn from(h: &Histogram<u64>) -> Self {
-        let at = |quantile| h.value_at_quantile(quantile);
-        Self { p50: at(0.5), p99: at(0.99), p999: at(0.999), max: h.max() }
-    }
-}
 
 /// Report of one trace.
 #[derive(Clone, Debug, Serialize)]

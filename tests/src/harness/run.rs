@@ -3,8 +3,9 @@
 
 use super::baseline::Baseline;
 use super::grade::{grade, success_rate};
-use super::report::{Percentiles, TraceReport};
-use serde::Deserialize;
+use super::report::TraceReport;
+use haptic_server::exit;
+use haptic_server::summary::RunSummary;
 use std::ffi::OsString;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -12,23 +13,8 @@ use std::process::{Command, Stdio};
 
 /// Name of the server's program.
 const SERVER: &str = "haptic-server";
-
-/// What the harness reads from the server's summary; other keys may stand beside these.
-#[derive(Debug, Deserialize)]
-struct Summary {
-    scene: String,
-    duration_s: f64,
-    ticks: u64,
-    missed: u64,
-    wake_ns: Percentiles,
-    compute_ns: Percentiles,
-    sample_to_force_ns: Percentiles,
-    port_age_ns: Percentiles,
-    degraded: bool,
-    #[serde(default)]
-    degraded_reasons: Vec<String>,
-    version: String,
-}
+/// A report cannot be written (`EX_IOERR`).
+const CANNOT_WRITE: u8 = 74;
 
 /// Why there is no report.
 #[derive(Debug)]
@@ -51,11 +37,11 @@ impl RunFault {
     /// Exit code (sysexits).
     pub(super) fn exit_code(&self) -> u8 {
         match self {
-            Self::NoServer { .. } => 69,
-            Self::NoTrace { .. } => 66,
-            Self::System { .. } | Self::Summary { .. } => 70,
-            Self::Server { code, .. } => code.and_then(|c| u8::try_from(c).ok()).filter(|c| *c != 0).unwrap_or(70),
-            Self::Output { .. } => 74,
+            Self::NoServer { .. } => exit::UNAVAILABLE,
+            Self::NoTrace { .. } => exit::NO_INPUT,
+            Self::System { .. } | Self::Summary { .. } => exit::INTERNAL,
+            Self::Server { code, .. } => code.and_then(|c| u8::try_from(c).ok()).unwrap_or(exit::INTERNAL),
+            Self::Output { .. } => CANNOT_WRITE,
         }
     }
 }
@@ -112,12 +98,11 @@ pub(super) fn measure(server: &Path, trace: &Path, scene: &str, duration_s: f64)
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
         return Err(RunFault::Server { code: output.status.code(), message });
     }
-    let summary: Summary = serde_json::from_slice(&output.stdout).map_err(|error| RunFault::Summary { error })?;
+    let summary: RunSummary = serde_json::from_slice(&output.stdout).map_err(|error| RunFault::Summary { error })?;
     let (grade, grade_reason) = grade(&summary.wake_ns, &baseline.wake_ns, summary.ticks, summary.missed);
     let mut degraded_reasons = summary.degraded_reasons;
-    if !baseline.real_time {
-        degraded_reasons.push("the plain timer had no right to SCHED_FIFO (docs/realtime.md)".into());
-    }
+    let degraded = summary.degraded || !baseline.missing_rights.is_empty();
+    degraded_reasons.extend(baseline.missing_rights.into_iter().map(|reason| format!("plain timer: {reason}")));
     Ok(TraceReport {
         trace: trace.display().to_string(),
         scene: summary.scene,
@@ -134,7 +119,7 @@ pub(super) fn measure(server: &Path, trace: &Path, scene: &str, duration_s: f64)
         success_rate: success_rate(summary.ticks, summary.missed),
         grade,
         grade_reason,
-        degraded: summary.degraded || !baseline.real_time,
+        degraded,
         degraded_reasons,
         version: summary.version,
     })
@@ -153,18 +138,16 @@ mod tests {
         path
     }
 
-    const PERCENTILES: &str = r#"{"p50":1,"p99":2,"p999":3,"max":4}"#;
-
     #[test]
     fn a_summary_becomes_a_report_with_a_baseline_beside_it() {
         let folder = tempfile::tempdir().expect("a folder");
-        let json = format!(
-            r#"{{"scene":"'"$*"'","duration_s":1.5,"ticks":1490,"missed":10,"wake_ns":{PERCENTILES},"compute_ns":{PERCENTILES},"sample_to_force_ns":{PERCENTILES},"port_age_ns":{PERCENTILES},"degraded":false,"version":"9","more":[]}}"#
-        );
+        let summary =
+            RunSummary { scene: "'\"$*\"'".into(), duration_s: 1.5, ticks: 1490, missed: 10, ..Default::default() };
+        let json = summary.to_json().expect("strings and numbers").replace("\\\"", "\"");
         let server = stand_in(folder.path(), &format!("sleep 0.05; printf '%s' '{json}'"));
         let report = measure(&server, Path::new("hand.csv"), "vessel", 1.5).expect("a report");
         assert_eq!(report.scene, "run --json --scene vessel --duration 1.5 --device replay:hand.csv");
-        assert_eq!((report.ticks, report.missed, report.tick_ns.max, report.version.as_str()), (1490, 10, 4, "9"));
+        assert_eq!((report.ticks, report.missed, report.duration_s), (1490, 10, 1.5));
         assert!(report.baseline_ticks + report.baseline_missed >= 1, "{report:?}");
     }
 
