@@ -49,3 +49,31 @@ pub fn node_drags(areas_m2: &[f64], material: &MaterialParams) -> Vec<f64> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tissue::test_support::{material, mm};
+    use crate::units::NewtonSecondsPerMetre;
+
+    #[test]
+    fn areas_are_those_of_the_polygons() {
+        let corners = [Vec3::zeros(), Vec3::x() * 3.0, Vec3::new(3.0, 2.0, 0.0), Vec3::y() * 2.0];
+        assert_eq!(face_area(&Face::Quad([0, 1, 2, 3]), &corners), 6.0);
+        assert_eq!(face_area(&Face::Triangle([0, 1, 2]), &corners), 3.0);
+        let faces = [Face::Triangle([0, 1, 2]), Face::Triangle([0, 2, 3])];
+        let layers = LayeredSurface::stack(&faces, None, &[corners.to_vec()]).unwrap();
+        assert_eq!(node_areas(&layers), vec![2.0, 1.0, 2.0, 1.0]);
+    }
+
+    #[test]
+    fn table2_drag_is_read_per_area_or_per_node() {
+        let per_area = material(0.16, 3.0, 2.0);
+        let drag = NewtonSecondsPerMetre::new(3.0).unwrap();
+        let per_node = MaterialParams { drag: DragReading::PerNode(drag), ..per_area };
+        let areas = [mm(2.0).get().powi(2), mm(1.0).get().powi(2)];
+        assert_eq!(node_drags(&areas, &per_area), vec![3.0, 0.75]);
+        assert_eq!(node_drags(&areas, &per_node), vec![3.0, 3.0]);
+        assert_eq!(node_masses(&[2.0], &per_area, 0.5), vec![1100.0]);
+    }
+}

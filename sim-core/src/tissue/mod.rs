@@ -36,11 +36,14 @@ pub mod triangle_mesh;
 pub mod ttsm;
 pub mod utsm;
 pub mod vosm;
+pub mod wound_frame;
 
 #[cfg(test)]
 mod lattice_tests;
 #[cfg(test)]
 mod model_tests;
+#[cfg(test)]
+mod organ_mesh_tests;
 #[cfg(test)]
 mod property_tests;
 #[cfg(test)]

@@ -10,10 +10,12 @@ use super::inner_shell::{inner_shell, prism_soundness, smooth_folds};
 use super::lattice::LayeredSurface;
 use super::model::{Blueprint, ShellReport, Tissue, TissueError, TissueKind};
 use super::params::{MaterialParams, WoundParams, at_least_minimum, in_range};
-use super::slit_path::{across_surface, facing, find_path, nearest, nearest_on, straighten};
+use super::slit_path::{across_surface, facing, find_path, nearest_on, straighten};
 use super::triangle_mesh::TriangleMesh;
+pub use super::wound_frame::WoundSite;
+use super::wound_frame::{centre, to_wound_frame};
 use crate::units::Metres;
-use crate::vector::{Mat3, Vec3};
+use crate::vector::Vec3;
 
 /// The surface of an organ.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,16 +31,6 @@ pub enum OrganSurface {
     },
     /// Any closed mesh.
     Mesh(TriangleMesh),
-}
-
-/// Where the wound lies on the surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WoundSite {
-    /// The middle is the vertex nearest to this point; a far point picks the vertex farthest out in
-    /// its direction.
-    pub near_m: Vec3,
-    /// Direction of the wound; its part along the surface counts.
-    pub along: Vec3,
 }
 
 /// What is held, so that the organ does not drift.
@@ -127,42 +119,6 @@ pub fn build(params: &VosmParams) -> Result<Tissue, TissueError> {
     .build()
 }
 
-/// Turns and moves the mesh: site to the origin, surface normal (mean over the wound's length) to
-/// z, wound to y.
-fn to_wound_frame(mesh: &mut TriangleMesh, site: &WoundSite, length_m: f64) -> Result<(), TissueError> {
-    let lost = |what: &str| TissueError::Wound {
-        what: what.to_owned(),
-        remedy: "give a finite site and a direction that runs along the surface there",
-    };
-    if !site.near_m.iter().chain(site.along.iter()).all(|v| v.is_finite()) {
-        return Err(lost("its site or direction is not a finite vector"));
-    }
-    let origin = mesh.vertices_m[nearest(mesh, site.near_m) as usize];
-    let normals = mesh.vertex_normals();
-    let own = normals[nearest(mesh, origin) as usize];
-    let around = |(x, n): &(&Vec3, &Vec3)| (*x - origin).norm() <= 0.5 * length_m && n.dot(&own) > 0.0;
-    let mean: Vec3 = mesh.vertices_m.iter().zip(&normals).filter(around).map(|(_, n)| *n).sum();
-    let outward = mean.try_normalize(0.0).ok_or_else(|| lost("the surface has no direction at its site"))?;
-    let direction = site.along.try_normalize(f64::MIN_POSITIVE).ok_or_else(|| lost("its direction is zero"))?;
-    let along = (direction - outward * outward.dot(&direction))
-        .try_normalize(1.0e-3)
-        .ok_or_else(|| lost("its direction points out of the surface"))?;
-    let rotation = Mat3::from_rows(&[along.cross(&outward).transpose(), along.transpose(), outward.transpose()]);
-    mesh.vertices_m.iter_mut().for_each(|x| *x = rotation * (*x - origin));
-    Ok(())
-}
-
-/// Moves the middle of the straightened path to the origin.
-fn centre(mesh: &mut TriangleMesh, path: &[u32]) {
-    let line: Vec<Vec3> = path.iter().map(|v| mesh.vertices_m[*v as usize]).collect();
-    let y = f64::midpoint(line[0].y, line[line.len() - 1].y);
-    let z = line
-        .windows(2)
-        .find(|w| w[1].y >= y)
-        .map_or(0.0, |w| w[0].z + (w[1].z - w[0].z) * (y - w[0].y) / (w[1].y - w[0].y));
-    mesh.vertices_m.iter_mut().for_each(|x| *x -= Vec3::new(0.0, y, z));
-}
-
 /// Displacement of every vertex of the split surface when the wound is opened.
 fn opening(mesh: &TriangleMesh, cut: &Cut, gap_m: f64) -> Result<Vec<Vec3>, TissueError> {
     let line: Vec<Vec3> = cut.path.iter().map(|v| mesh.vertices_m[*v as usize]).collect();
@@ -229,7 +185,7 @@ fn held(layers: &LayeredSurface, region: HeldRegion) -> Vec<u8> {
 mod tests {
     use super::*;
     use crate::tissue::network::SpringFamily;
-    use crate::tissue::test_support::{encloses, liver, mm, refusal};
+    use crate::tissue::test_support::{liver, mm, refusal};
 
     #[test]
     fn no_spring_crosses_the_open_slit() {
@@ -287,50 +243,6 @@ mod tests {
         assert!(!bottom.is_empty() && bottom.iter().all(|x| x.z < -0.04));
         let far = held(HeldRegion::Beyond(mm(60.0)));
         assert!(!far.is_empty() && far.iter().all(|x| x.norm() > 0.06));
-    }
-
-    /// Metres per unit of the liver mesh: at its nominal centimetre it is the size of a child's fist
-    /// (39 ml); so it has the 1.4 l of a grown man's.
-    const METRES_PER_UNIT: f64 = 0.033;
-
-    /// Vertices and faces of an OBJ text; corners may carry `/texture/normal`.
-    fn read_obj(text: &str) -> TriangleMesh {
-        let mut mesh = TriangleMesh { vertices_m: Vec::new(), faces: Vec::new() };
-        for line in text.lines() {
-            let words: Vec<&str> = line.split_whitespace().collect();
-            let number = |i: usize| words[i].parse::<f64>().unwrap() * METRES_PER_UNIT;
-            let corner = |i: usize| words[i].split('/').next().unwrap().parse::<u32>().unwrap() - 1;
-            match words.first() {
-                Some(&"v") => mesh.vertices_m.push(Vec3::new(number(1), number(2), number(3))),
-                Some(&"f") => {
-                    mesh.faces.extend((2..words.len() - 1).map(|i| [corner(1), corner(i), corner(i + 1)]));
-                }
-                _ => {}
-            }
-        }
-        mesh
-    }
-
-    #[test]
-    fn a_real_liver_can_be_cut_and_sutured() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/meshes/liver-smooth.obj");
-        let Ok(text) = std::fs::read_to_string(path) else {
-            println!("skipped: {path} is not there");
-            return;
-        };
-        let mesh = read_obj(&text);
-        // A flat place on the front; the vertex farthest out in z lies on a lip.
-        let site = WoundSite { near_m: Vec3::new(-2.49, 3.52, 2.25) * METRES_PER_UNIT, along: Vec3::x() };
-        let params = VosmParams { surface: OrganSurface::Mesh(mesh.clone()), site, ..liver() };
-        let tissue = build(&params).unwrap();
-        println!("{:?}, spacing {}, length {}", tissue.shell, tissue.spacing_m, tissue.wound_length_m);
-        assert_eq!(tissue.pairs.len(), 4);
-        let inner: Vec<Vec3> = tissue.network.rest_m[tissue.network.node_count() / 2..].to_vec();
-        // The outer shell as built, closed over the wound by its left edge.
-        let count = mesh.vertices_m.len();
-        let shell = TriangleMesh { vertices_m: tissue.network.rest_m[..count].to_vec(), faces: mesh.faces };
-        let outside = inner.iter().filter(|x| x.x.abs() > 0.003 && !encloses(&shell, **x)).count();
-        assert_eq!(outside, 0);
     }
 
     #[test]
