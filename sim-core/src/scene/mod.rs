@@ -1,6 +1,12 @@
 //! Scenes (Zhang et al., §3): what a scene file says, the three presets, which stages a scene has, and one
 //! step of a scene.
 
+pub mod build;
 pub mod config;
+pub mod grip;
+pub mod plan;
 pub mod presets;
+pub mod procedure;
+pub mod step;
+pub mod stitching;
 pub mod suturing;

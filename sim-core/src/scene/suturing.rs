@@ -158,6 +158,18 @@ impl Suturing {
         self.points_taken
     }
 
+    /// How often a tied point was dragged and let go.
+    #[must_use]
+    pub fn drags(&self) -> usize {
+        self.drags
+    }
+
+    /// Back to the start; counters of the hand and of points taken go on.
+    pub fn restart(&mut self) {
+        let fresh = Self::new(self.tied.len(), self.capture_radius_m);
+        *self = Self { points_taken: self.points_taken, seen: self.seen, ..fresh };
+    }
+
     /// The pair and side that the hand should reach for next. After the last stitch: the tied right
     /// points in turn, one per drag.
     #[must_use]

@@ -1,0 +1,175 @@
+//! Which stages a scene has. Decided once, at load: an absent stage is `None` (no loop, no branch per node, no
+//! memory, no topic), never a stage that is skipped.
+
+use super::build::SceneError;
+use super::config::{AttachmentReading, ControlReading, DistanceReading, SceneConfig};
+use crate::kinematics::attachment::check_relaxation;
+use crate::tissue::geodesic::DistanceKind;
+use crate::tissue::regulation::{ProjectedVelocity, RegulationMode};
+use crate::wound::control::{ControlMode, ControlParams};
+use crate::wound::stitch::StitchParams;
+
+/// A line wraps each of the two suture points of a stitch by a quarter turn.
+const STITCH_WRAP_RAD: f64 = std::f64::consts::PI;
+
+/// Algorithm 1 in this scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AttachmentPlan {
+    /// β.
+    pub beta: f64,
+    /// How it acts.
+    pub mode: RegulationMode,
+    /// Followers lie within this distance, metres.
+    pub radius_m: f64,
+    /// How distance is measured.
+    pub distance: DistanceKind,
+}
+
+/// The suture line in this scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinePlan {
+    /// Tied stitches.
+    pub stitch: StitchParams,
+    /// Tension ratio over one suture point, `exp(−μθ)` with a quarter turn.
+    pub capstan_ratio: f64,
+}
+
+/// Algorithm 2 in this scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ControlPlan {
+    /// Mode at start.
+    pub mode: ControlMode,
+    /// Limits.
+    pub params: ControlParams,
+    /// Floor on `D_o`, metres.
+    pub distance_floor_m: f64,
+}
+
+/// The optional stages of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScenePlan {
+    /// Relaxed Long Range Attachments.
+    pub attachments: Option<AttachmentPlan>,
+    /// Suture line and stitches.
+    pub line: Option<LinePlan>,
+    /// Suture control; needs the line.
+    pub control: Option<ControlPlan>,
+}
+
+impl ScenePlan {
+    /// Validates the optional sections of a scene.
+    ///
+    /// # Errors
+    /// [`SceneError::Value`] names the key, what was found and what is allowed.
+    pub fn new(config: &SceneConfig) -> Result<Self, SceneError> {
+        Ok(Self { attachments: attachments(config)?, line: line(config)?, control: control(config)? })
+    }
+
+    /// Name and presence of every stage, for the log and the reports.
+    #[must_use]
+    pub fn stages(&self) -> [(&'static str, bool); 3] {
+        [
+            ("attachments", self.attachments.is_some()),
+            ("suture_line", self.line.is_some()),
+            ("suture_control", self.control.is_some()),
+        ]
+    }
+}
+
+fn attachments(config: &SceneConfig) -> Result<Option<AttachmentPlan>, SceneError> {
+    let Some(a) = &config.attachment else { return Ok(None) };
+    let beta = check_relaxation(a.beta)
+        .map_err(|_| SceneError::Value { key: "attachment.beta", found: a.beta, allowed: "0 (hard) to 1 (none)" })?;
+    let reference_step_s =
+        in_range("attachment.beta_reference_ms", a.beta_reference_ms, 0.01, 1000.0, "0.01 to 1000")? * 1e-3;
+    let mode = match a.mode {
+        AttachmentReading::Paper => RegulationMode::Paper(ProjectedVelocity::Corrected),
+        AttachmentReading::Compliant => RegulationMode::Compliant { reference_step_s },
+    };
+    let distance = match a.distance {
+        DistanceReading::Geodesic => DistanceKind::Geodesic,
+        DistanceReading::Euclidean => DistanceKind::Euclidean,
+    };
+    let radius_m = in_range("attachment.radius_mm", a.radius_mm, 0.0, 1000.0, "0 to 1000")? * 1e-3;
+    Ok(Some(AttachmentPlan { beta, mode, radius_m, distance }))
+}
+
+fn line(config: &SceneConfig) -> Result<Option<LinePlan>, SceneError> {
+    let Some(l) = &config.line else { return Ok(None) };
+    let friction = in_range("line.friction", l.friction, 0.0, 5.0, "0 to 5")?;
+    let stiffness = in_range(
+        "line.stitch_stiffness_n_per_mm",
+        l.stitch_stiffness_n_per_mm,
+        1e-3,
+        1e3,
+        "0.001 to 1000",
+    )?;
+    let stitch = StitchParams {
+        stiffness_n_per_m: stiffness * 1e3,
+        knot_hold_n: in_range("line.knot_hold_n", l.knot_hold_n, 0.0, 100.0, "0 to 100")?,
+        friction,
+        wrap_rad: STITCH_WRAP_RAD,
+    };
+    Ok(Some(LinePlan { stitch, capstan_ratio: (-friction * std::f64::consts::FRAC_PI_2).exp() }))
+}
+
+fn control(config: &SceneConfig) -> Result<Option<ControlPlan>, SceneError> {
+    let Some(c) = &config.control else { return Ok(None) };
+    if config.line.is_none() {
+        return Err(SceneError::ControlWithoutLine);
+    }
+    let mode = match c.mode {
+        ControlReading::Off => ControlMode::Off,
+        ControlReading::On => ControlMode::Sound,
+        ControlReading::Paper => ControlMode::Paper,
+    };
+    let params = ControlParams {
+        closing_speed_m_per_s: in_range("control.rate_mm_per_s", c.rate_mm_per_s, 0.01, 1000.0, "0.01 to 1000")?
+            * 1e-3,
+        max_holding_force_n: in_range("control.tear_force_n", c.tear_force_n, 0.0, 1000.0, "0 to 1000")?,
+        ..ControlParams::default()
+    };
+    let floor = in_range("control.distance_floor_mm", c.distance_floor_mm, 0.01, 100.0, "0.01 to 100")?;
+    Ok(Some(ControlPlan { mode, params, distance_floor_m: floor * 1e-3 }))
+}
+
+/// Accepts a value of a closed range.
+pub(super) fn in_range(
+    key: &'static str,
+    found: f64,
+    low: f64,
+    high: f64,
+    allowed: &'static str,
+) -> Result<f64, SceneError> {
+    if (low..=high).contains(&found) { Ok(found) } else { Err(SceneError::Value { key, found, allowed }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::presets;
+
+    #[test]
+    fn a_section_left_out_is_a_stage_that_is_absent() {
+        let mut config = presets::skin();
+        config.attachment = None;
+        config.control = None;
+        let plan = ScenePlan::new(&config).unwrap();
+        assert_eq!(plan.stages().map(|s| s.1), [false, true, false]);
+    }
+
+    #[test]
+    fn control_without_a_line_is_refused() {
+        let mut config = presets::skin();
+        config.line = None;
+        assert_eq!(ScenePlan::new(&config), Err(SceneError::ControlWithoutLine));
+    }
+
+    #[test]
+    fn values_out_of_range_name_their_key() {
+        let mut config = presets::skin();
+        config.attachment.as_mut().unwrap().beta = 1.5;
+        let error = ScenePlan::new(&config).unwrap_err().to_string();
+        assert!(error.contains("attachment.beta") && error.contains("1.5"), "{error}");
+    }
+}

@@ -1,0 +1,356 @@
+//! One scene and one step of it: hand → suturing → grips → tissue (springs, attachments, stitches) → Table 1 and
+//! control → ports for the servo.
+//!
+//! The order within a step is fixed, the inputs are explicit, nothing is allocated after load: equal inputs give
+//! equal bits. Deliberately absent: clocks, messages, and the 1 kHz integration of the suture points (servo).
+
+use crate::tissue::geodesic::neighbours_within;
+use crate::tissue::handle::MAX_HANDLES;
+use crate::tissue::model::{Tissue, TissueKind};
+use crate::tissue::network::TissueState;
+use crate::tissue::patch_set::{PatchId, PatchSet};
+use crate::tissue::port::Port;
+use crate::tissue::regulation::{AttachmentSpec, Attachments, Engagement};
+use crate::tissue::settle::{SettleReport, settle};
+use crate::tissue::solver::{Stages, StepReport, TissueSolver};
+use crate::vector::Vec3;
+use crate::wound::control::ControlMode;
+use crate::wound::ledger::LedgerRow;
+
+use super::build::{ImportedMesh, SceneError, build_tissue, solver_params};
+use super::config::SceneConfig;
+use super::grip::{Grip, Grips};
+use super::plan::{AttachmentPlan, ScenePlan, in_range};
+use super::stitching::{Stitching, left_patch, right_patch};
+use super::suturing::{HandInput, PairPlace, Side, Suturing, SuturingEvent};
+
+/// What the servo tells a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ServoInput {
+    /// Stylus and button.
+    pub hand: HandInput,
+    /// Epoch of the port that the servo used.
+    pub port_epoch: u32,
+    /// Suture points as the servo has integrated them, by slot, metres.
+    pub handles_m: [Option<Vec3>; MAX_HANDLES],
+}
+
+/// What stays fixed about a pair.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct PairFacts {
+    open_distance_m: f64,
+    closed_m: f64,
+}
+
+/// A scene at work.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    config: SceneConfig,
+    plan: ScenePlan,
+    tissue: Tissue,
+    solver: TissueSolver,
+    stages: Stages,
+    settled: TissueState,
+    settling: SettleReport,
+    facts: Vec<PairFacts>,
+    places: Vec<PairPlace>,
+    suturing: Suturing,
+    grips: Grips,
+    stitching: Option<Stitching>,
+    steps: u64,
+    last: StepReport,
+}
+
+impl Scene {
+    /// Builds the tissue, lets it settle, and prepares the stages that the scene has.
+    ///
+    /// # Errors
+    /// [`SceneError`] when the scene, its mesh or its integrator cannot be used.
+    pub fn new(config: &SceneConfig, mesh: Option<&ImportedMesh>) -> Result<Self, SceneError> {
+        let plan = ScenePlan::new(config)?;
+        let tissue = build_tissue(config, mesh)?;
+        let patches = patch_set(&tissue)?;
+        let mut solver = TissueSolver::new(tissue.network.clone(), patches, solver_params(config)?)?;
+        let (settled, settling) = settle(&tissue.network);
+        solver.reset(&settled)?;
+        solver.reassess()?;
+        let closed_gap_m = in_range("suture.closed_gap_mm", config.suture.closed_gap_mm, 0.0, 100.0, "0 to 100")? * 1e-3;
+        let capture_m =
+            in_range("suture.capture_radius_mm", config.suture.capture_radius_mm, 0.0, 1000.0, "0 to 1000")? * 1e-3;
+        in_range("suture.point_mass_g", config.suture.point_mass_g, 0.0, 1000.0, "0 to 1000")?;
+        let facts = pair_facts(&tissue, solver.patches(), &settled, closed_gap_m);
+        let stages = stages(&plan, &tissue, solver.patches(), &settled)?;
+        let mut scene = Self {
+            suturing: Suturing::new(tissue.pairs.len(), capture_m),
+            places: Vec::with_capacity(tissue.pairs.len()),
+            stitching: Stitching::new(&plan),
+            config: config.clone(),
+            plan,
+            tissue,
+            solver,
+            stages,
+            settled,
+            settling,
+            facts,
+            grips: Grips::default(),
+            steps: 0,
+            last: StepReport::default(),
+        };
+        scene.measure_places();
+        Ok(scene)
+    }
+
+    /// Back to the start of the scene. The control keeps its mode.
+    pub fn restore(&mut self) {
+        let mode = self.stitching.as_ref().and_then(Stitching::control_mode);
+        self.grips.let_go(&mut self.solver);
+        // The settled state is of this network and finite: it was accepted at load.
+        let _ = self.solver.reset(&self.settled);
+        if let Some(attachments) = &mut self.stages.attachments {
+            (0..attachments.len()).for_each(|a| attachments.engage(a, Engagement::Idle));
+        }
+        if let Some(pairs) = &mut self.stages.pairs {
+            pairs.clear();
+        }
+        self.stitching = Stitching::new(&self.plan);
+        if let Some(mode) = mode {
+            self.set_control_mode(mode);
+        }
+        self.suturing.restart();
+        self.measure_places();
+    }
+
+    /// One step of the solver's period.
+    pub fn step(&mut self, servo: Option<&ServoInput>) -> StepReport {
+        if let Some(input) = servo {
+            for event in self.suturing.advance(&input.hand, &self.places).into_iter().flatten() {
+                self.apply(event, input.hand.position_m);
+            }
+            if input.port_epoch == self.grips.epoch() {
+                self.grips.follow(&mut self.solver, &input.handles_m);
+            }
+        }
+        self.last = self.solver.step(&mut self.stages);
+        self.steps += 1;
+        if let (Some(stitching), Some(pairs)) = (&mut self.stitching, &mut self.stages.pairs) {
+            let position_m = &self.solver.state().position_m;
+            stitching.measure(position_m, self.solver.patches(), pairs, self.solver.params().period_s);
+            for shift in stitching.shifts() {
+                self.solver.displace(shift.patch, shift.shift_m);
+            }
+        }
+        self.measure_places();
+        self.last
+    }
+
+    /// Ties the stitch in hand now.
+    ///
+    /// # Errors
+    /// Why there is nothing to tie, as a sentence.
+    pub fn tie(&mut self) -> Result<(), &'static str> {
+        let event = self.suturing.tie(&self.places)?;
+        self.apply(event, Vec3::zeros());
+        Ok(())
+    }
+
+    /// Changes the control mode. Returns false when the scene has no control.
+    pub fn set_control_mode(&mut self, mode: ControlMode) -> bool {
+        let (Some(stitching), Some(pairs)) = (&mut self.stitching, &mut self.stages.pairs) else { return false };
+        stitching.set_control_mode(mode, pairs, self.solver.patches())
+    }
+
+    fn apply(&mut self, event: SuturingEvent, stylus_m: Vec3) {
+        match event {
+            SuturingEvent::LeftTaken(pair) => {
+                self.grips.hold(&mut self.solver, pair, Side::Left);
+                self.engage(left_patch(pair));
+            }
+            SuturingEvent::LineTaken(pair) if self.plan.line.is_some() => {
+                let place = self.places[pair];
+                self.grips.pull(&mut self.solver, pair, stylus_m, place.right_m, place.left_m);
+                self.engage(right_patch(pair));
+            }
+            SuturingEvent::LineTaken(pair) => self.grips.hold(&mut self.solver, pair, Side::Right),
+            SuturingEvent::DragBegun(pair, side) => self.grips.hold(&mut self.solver, pair, side),
+            SuturingEvent::LeftReleased(_) | SuturingEvent::LineReleased(_) | SuturingEvent::DragEnded(_) => {
+                self.grips.let_go(&mut self.solver);
+            }
+            SuturingEvent::Tied(pair) => {
+                self.grips.let_go(&mut self.solver);
+                let place = self.places[pair];
+                if let (Some(stitching), Some(pairs)) = (&mut self.stitching, &mut self.stages.pairs) {
+                    let open = self.facts[pair].open_distance_m;
+                    stitching.tie(pair, open, [place.left_m, place.right_m], pairs, self.solver.patches());
+                }
+            }
+        }
+    }
+
+    fn engage(&mut self, patch: PatchId) {
+        if let Some(attachments) = &mut self.stages.attachments
+            && let Some(index) = attachments.of_patch(patch)
+        {
+            attachments.engage(index, Engagement::Engaged);
+        }
+    }
+
+    fn measure_places(&mut self) {
+        let (patches, x) = (self.solver.patches(), &self.solver.state().position_m);
+        self.places.clear();
+        self.places.extend(self.facts.iter().enumerate().map(|(pair, facts)| PairPlace {
+            left_m: patches.mean(left_patch(pair), x),
+            right_m: patches.mean(right_patch(pair), x),
+            closed_m: facts.closed_m,
+        }));
+    }
+
+    /// Port of a grip with the mass of needle and patch (m_j of Eq. (3)).
+    pub fn port(&mut self, grip: &Grip) -> Option<Port> {
+        let port = self.solver.port(grip.slot, &self.stages)?;
+        Some(Port { mass_kg: port.mass_kg + self.config.suture.point_mass_g * 1e-3, ..port })
+    }
+
+    /// What the scene file says.
+    #[must_use]
+    pub fn config(&self) -> &SceneConfig {
+        &self.config
+    }
+
+    /// Which stages the scene has.
+    #[must_use]
+    pub fn plan(&self) -> &ScenePlan {
+        &self.plan
+    }
+
+    /// The tissue as built.
+    #[must_use]
+    pub fn tissue(&self) -> &Tissue {
+        &self.tissue
+    }
+
+    /// The solver, for its state, stability and parameters.
+    #[must_use]
+    pub fn solver(&self) -> &TissueSolver {
+        &self.solver
+    }
+
+    /// Where the pairs are now.
+    #[must_use]
+    pub fn places(&self) -> &[PairPlace] {
+        &self.places
+    }
+
+    /// Where the suturing stands.
+    #[must_use]
+    pub fn suturing(&self) -> &Suturing {
+        &self.suturing
+    }
+
+    /// Suture points that the servo integrates.
+    #[must_use]
+    pub fn grips(&self) -> &Grips {
+        &self.grips
+    }
+
+    /// Rows of Table 1; none without a suture line.
+    #[must_use]
+    pub fn ledger_rows(&self) -> &[LedgerRow] {
+        self.stitching.as_ref().map_or(&[], |s| s.ledger().rows())
+    }
+
+    /// Control mode; `None` when the scene has no control.
+    #[must_use]
+    pub fn control_mode(&self) -> Option<ControlMode> {
+        self.stitching.as_ref().and_then(Stitching::control_mode)
+    }
+
+    /// How the tissue settled at load.
+    #[must_use]
+    pub fn settling(&self) -> &SettleReport {
+        &self.settling
+    }
+
+    /// Steps since load.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// What happened in the last step.
+    #[must_use]
+    pub fn last_report(&self) -> &StepReport {
+        &self.last
+    }
+
+    /// The optional stages, for reports (reactions of the attachments).
+    #[must_use]
+    pub fn stages(&self) -> &Stages {
+        &self.stages
+    }
+
+    /// The code of the tissue model on the wire: 0 skin, 1 liver, 2 vessel.
+    #[must_use]
+    pub fn kind_code(&self) -> u32 {
+        match self.tissue.kind {
+            TissueKind::Utsm => 0,
+            TissueKind::Vosm => 1,
+            TissueKind::Ttsm => 2,
+        }
+    }
+}
+
+fn patch_set(tissue: &Tissue) -> Result<PatchSet, SceneError> {
+    let points = tissue.pairs.iter().flat_map(|p| [&p.left.patch, &p.right.patch]);
+    let patches = points.map(|p| (p.nodes.as_slice(), p.weights.as_slice()));
+    Ok(PatchSet::new(tissue.network.node_count(), patches)?)
+}
+
+/// A gap is closed when the wound edges at the pair have come together: the points are then as far apart as their
+/// bites, `|r − l| − |edge_r − edge_l|`, measured on the settled tissue.
+fn pair_facts(tissue: &Tissue, patches: &PatchSet, settled: &TissueState, closed_gap_m: f64) -> Vec<PairFacts> {
+    let x = &settled.position_m;
+    let facts = tissue.pairs.iter().enumerate().map(|(pair, p)| {
+        let open_distance_m = (patches.mean(right_patch(pair), x) - patches.mean(left_patch(pair), x)).norm();
+        let edges_m = (x[p.right_edge as usize] - x[p.left_edge as usize]).norm();
+        PairFacts { open_distance_m, closed_m: (open_distance_m - edges_m).max(0.0) + closed_gap_m }
+    });
+    facts.collect()
+}
+
+fn stages(
+    plan: &ScenePlan,
+    tissue: &Tissue,
+    patches: &PatchSet,
+    settled: &TissueState,
+) -> Result<Stages, SceneError> {
+    let attachments = match &plan.attachments {
+        Some(a) => Some(attachments(a, tissue, patches, settled)?),
+        None => None,
+    };
+    // Two constraints per stitch at most: the stitch and the control's hold.
+    let pairs = plan.line.map(|_| crate::tissue::constraint::Pairs::with_capacity(2 * tissue.pairs.len()));
+    Ok(Stages { attachments, pairs, loads: None })
+}
+
+/// Followers of every suture point with `d_i⁰` along the mesh, but never below their distance at rest: a follower
+/// at rest feels nothing (Eq. (1) with `|x_j − x_i| ≤ d_i⁰`).
+fn attachments(
+    plan: &AttachmentPlan,
+    tissue: &Tissue,
+    patches: &PatchSet,
+    settled: &TissueState,
+) -> Result<Attachments, SceneError> {
+    let x = &settled.position_m;
+    let points = tissue.pairs.iter().flat_map(|p| [p.left.node, p.right.node]);
+    let specs: Vec<AttachmentSpec> = points
+        .enumerate()
+        .map(|(index, node)| {
+            let patch = PatchId(index as u32);
+            let center = patches.mean(patch, x);
+            let near = neighbours_within(&tissue.network, node, plan.radius_m, plan.distance);
+            let followers = near.into_iter().map(|(n, d)| (n, d.max((x[n as usize] - center).norm()))).collect();
+            AttachmentSpec { patch, followers }
+        })
+        .collect();
+    Ok(Attachments::new(&tissue.network, patches, &specs, plan.beta, plan.mode)?)
+}
