@@ -1,3 +1,5 @@
 //! The slow process: tissue, attachments, suture line, wound control; mesh import.
 
 pub mod mesh_obj;
+pub mod session;
+mod suture_path;

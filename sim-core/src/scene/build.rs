@@ -9,20 +9,12 @@ use crate::tissue::patch_set::PatchError;
 use crate::tissue::port::PortParams;
 use crate::tissue::regulation::AttachmentError;
 use crate::tissue::solver_params::{SolverError, SolverParams, SubstepPolicy};
+use crate::tissue::triangle_mesh::TriangleMesh;
 use crate::tissue::ttsm::{self, TtsmParams};
 use crate::tissue::utsm::{self, HeldRim, UtsmParams};
-use crate::tissue::vosm::{self, VosmParams, VosmShape};
+use crate::tissue::vosm::{self, HeldRegion, OrganSurface, VosmParams, WoundSite};
 use crate::units::{KilogramsPerCubicMetre, Metres, NewtonSecondsPerMetre, NewtonsPerMetre, UnitError};
 use crate::vector::Vec3;
-
-/// A closed triangle mesh as imported, in metres.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ImportedMesh {
-    /// Vertex positions, metres.
-    pub positions_m: Vec<Vec3>,
-    /// Vertex indices, counter-clockwise seen from outside.
-    pub triangles: Vec<[u32; 3]>,
-}
 
 /// Why a scene is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -43,6 +35,9 @@ pub enum SceneError {
     /// A mesh is named but was not loaded, or the other way round.
     #[error("the scene names the mesh {0} but none was imported; load the scene with its folder")]
     MeshMissing(String),
+    /// Organ parameters were asked of another model.
+    #[error("the scene's tissue is not an organ; set model = \"vosm\"")]
+    NotAnOrgan,
     /// The procedure is empty.
     #[error("a procedure needs at least one scene")]
     NoScene,
@@ -67,7 +62,7 @@ pub enum SceneError {
 ///
 /// # Errors
 /// [`SceneError`] with key or quantity, what was found and what is allowed.
-pub fn build_tissue(config: &SceneConfig, mesh: Option<&ImportedMesh>) -> Result<Tissue, SceneError> {
+pub fn build_tissue(config: &SceneConfig, mesh: Option<&TriangleMesh>) -> Result<Tissue, SceneError> {
     let material = material(&config.material)?;
     let mm = Metres::from_mm;
     let surface_wound = wound(config, PatchDepth::Surface)?;
@@ -83,26 +78,7 @@ pub fn build_tissue(config: &SceneConfig, mesh: Option<&ImportedMesh>) -> Result
             material,
             wound: surface_wound,
         })?,
-        TissueConfig::Vosm { half_axes_mm, subdivisions, mesh: name, shell_distance_mm, free_radius_mm, .. } => {
-            let shape = match (name, mesh) {
-                (None, _) => VosmShape::Ellipsoid {
-                    half_axes: [mm(half_axes_mm[0])?, mm(half_axes_mm[1])?, mm(half_axes_mm[2])?],
-                    subdivisions: *subdivisions,
-                },
-                (Some(_), Some(mesh)) => {
-                    VosmShape::Mesh { positions_m: &mesh.positions_m, triangles: &mesh.triangles }
-                }
-                (Some(name), None) => return Err(SceneError::MeshMissing(name.clone())),
-            };
-            vosm::build(&VosmParams {
-                shape,
-                shell_distance: mm(*shell_distance_mm)?,
-                free_radius: mm(*free_radius_mm)?,
-                thickness: mm(config.material.thickness_mm)?,
-                material,
-                wound: deep_wound,
-            })?
-        }
+        TissueConfig::Vosm { .. } => vosm::build(&vosm_params(config, mesh, material, deep_wound)?)?,
         TissueConfig::Ttsm { radius_mm, length_mm, wall_mm, layers, around, along } => ttsm::build(&TtsmParams {
             radius: mm(*radius_mm)?,
             length: mm(*length_mm)?,
@@ -115,6 +91,46 @@ pub fn build_tissue(config: &SceneConfig, mesh: Option<&ImportedMesh>) -> Result
         })?,
     };
     Ok(tissue)
+}
+
+fn vosm_params(
+    config: &SceneConfig,
+    mesh: Option<&TriangleMesh>,
+    material: MaterialParams,
+    wound: WoundParams,
+) -> Result<VosmParams, SceneError> {
+    let TissueConfig::Vosm {
+        half_axes_mm,
+        taper,
+        subdivisions,
+        mesh: name,
+        shell_distance_mm,
+        free_radius_mm,
+        wound_near_mm,
+        wound_along,
+        ..
+    } = &config.tissue
+    else {
+        return Err(SceneError::NotAnOrgan);
+    };
+    let surface = match (name, mesh) {
+        (None, _) => OrganSurface::Lobe {
+            half_axes_m: Vec3::from(*half_axes_mm) * 1e-3,
+            taper: *taper,
+            subdivision: *subdivisions,
+        },
+        (Some(_), Some(mesh)) => OrganSurface::Mesh(mesh.clone()),
+        (Some(name), None) => return Err(SceneError::MeshMissing(name.clone())),
+    };
+    Ok(VosmParams {
+        surface,
+        shell_distance: Metres::from_mm(*shell_distance_mm)?,
+        layer_thickness: Metres::from_mm(config.material.thickness_mm)?,
+        held: HeldRegion::Beyond(Metres::from_mm(*free_radius_mm)?),
+        site: WoundSite { near_m: Vec3::from(*wound_near_mm) * 1e-3, along: Vec3::from(*wound_along) },
+        material,
+        wound,
+    })
 }
 
 fn material(m: &MaterialConfig) -> Result<MaterialParams, SceneError> {

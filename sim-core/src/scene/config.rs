@@ -52,6 +52,9 @@ pub enum TissueConfig {
         /// Half axes of the organ made without a mesh, millimetres.
         #[serde(default = "default_half_axes")]
         half_axes_mm: [f64; 3],
+        /// How far that organ thins towards one end, 0 (ellipsoid) to 1.
+        #[serde(default = "default_taper")]
+        taper: f64,
         /// Subdivisions of that organ (4 gives 2562 nodes per shell).
         #[serde(default = "default_subdivisions")]
         subdivisions: u32,
@@ -61,6 +64,13 @@ pub enum TissueConfig {
         /// Millimetres per unit of that mesh.
         #[serde(default = "default_mesh_unit")]
         mesh_unit_mm: f64,
+        /// The middle of the wound is the vertex nearest to this point of the mesh, millimetres; a far point
+        /// picks the vertex farthest out in its direction.
+        #[serde(default = "default_wound_near")]
+        wound_near_mm: [f64; 3],
+        /// Direction of the wound in the frame of the mesh.
+        #[serde(default = "default_wound_along")]
+        wound_along: [f64; 3],
         /// Distance of the inner shell, millimetres.
         shell_distance_mm: f64,
         /// Nodes farther than this from the wound are held, millimetres.
@@ -85,6 +95,18 @@ pub enum TissueConfig {
 
 fn default_half_axes() -> [f64; 3] {
     [45.0, 32.0, 22.0]
+}
+
+fn default_taper() -> f64 {
+    0.35
+}
+
+fn default_wound_near() -> [f64; 3] {
+    [0.0, 0.0, 10_000.0]
+}
+
+fn default_wound_along() -> [f64; 3] {
+    [0.0, 1.0, 0.0]
 }
 
 fn default_subdivisions() -> u32 {

@@ -99,9 +99,8 @@ impl Grips {
         }
         for (index, wanted) in wanted.into_iter().enumerate() {
             let slot = HandleSlot(index);
-            self.grips[index] = wanted.and_then(|(patch, mode)| {
-                solver.grasp(slot, patch).ok().map(|()| Grip { slot, patch, pair, mode })
-            });
+            self.grips[index] = wanted
+                .and_then(|(patch, mode)| solver.grasp(slot, patch).ok().map(|()| Grip { slot, patch, pair, mode }));
         }
         self.epoch = self.epoch.wrapping_add(1);
     }

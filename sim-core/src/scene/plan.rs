@@ -78,8 +78,11 @@ impl ScenePlan {
 
 fn attachments(config: &SceneConfig) -> Result<Option<AttachmentPlan>, SceneError> {
     let Some(a) = &config.attachment else { return Ok(None) };
-    let beta = check_relaxation(a.beta)
-        .map_err(|_| SceneError::Value { key: "attachment.beta", found: a.beta, allowed: "0 (hard) to 1 (none)" })?;
+    let beta = check_relaxation(a.beta).map_err(|_| SceneError::Value {
+        key: "attachment.beta",
+        found: a.beta,
+        allowed: "0 (hard) to 1 (none)",
+    })?;
     let reference_step_s =
         in_range("attachment.beta_reference_ms", a.beta_reference_ms, 0.01, 1000.0, "0.01 to 1000")? * 1e-3;
     let mode = match a.mode {
@@ -97,13 +100,8 @@ fn attachments(config: &SceneConfig) -> Result<Option<AttachmentPlan>, SceneErro
 fn line(config: &SceneConfig) -> Result<Option<LinePlan>, SceneError> {
     let Some(l) = &config.line else { return Ok(None) };
     let friction = in_range("line.friction", l.friction, 0.0, 5.0, "0 to 5")?;
-    let stiffness = in_range(
-        "line.stitch_stiffness_n_per_mm",
-        l.stitch_stiffness_n_per_mm,
-        1e-3,
-        1e3,
-        "0.001 to 1000",
-    )?;
+    let stiffness =
+        in_range("line.stitch_stiffness_n_per_mm", l.stitch_stiffness_n_per_mm, 1e-3, 1e3, "0.001 to 1000")?;
     let stitch = StitchParams {
         stiffness_n_per_m: stiffness * 1e3,
         knot_hold_n: in_range("line.knot_hold_n", l.knot_hold_n, 0.0, 100.0, "0 to 100")?,
@@ -124,8 +122,7 @@ fn control(config: &SceneConfig) -> Result<Option<ControlPlan>, SceneError> {
         ControlReading::Paper => ControlMode::Paper,
     };
     let params = ControlParams {
-        closing_speed_m_per_s: in_range("control.rate_mm_per_s", c.rate_mm_per_s, 0.01, 1000.0, "0.01 to 1000")?
-            * 1e-3,
+        closing_speed_m_per_s: in_range("control.rate_mm_per_s", c.rate_mm_per_s, 0.01, 1000.0, "0.01 to 1000")? * 1e-3,
         max_holding_force_n: in_range("control.tear_force_n", c.tear_force_n, 0.0, 1000.0, "0 to 1000")?,
         ..ControlParams::default()
     };

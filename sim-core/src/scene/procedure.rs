@@ -1,10 +1,11 @@
 //! A procedure: scenes in a row, each until its stitches are done, any of which can be restored, left or gone back to
 //! at any time (Zhang et al., §1: a wrong step can be repeated). One scene alone is a procedure of one.
 
+use crate::tissue::triangle_mesh::TriangleMesh;
 use crate::wound::control::ControlMode;
 use crate::wound::ledger::LedgerRow;
 
-use super::build::{ImportedMesh, SceneError};
+use super::build::SceneError;
 use super::config::SceneConfig;
 use super::presets;
 use super::step::{Scene, ServoInput};
@@ -22,7 +23,7 @@ pub struct SceneSource {
     /// What the scene file says.
     pub config: SceneConfig,
     /// The mesh it names.
-    pub mesh: Option<ImportedMesh>,
+    pub mesh: Option<TriangleMesh>,
 }
 
 /// What a person asks of a session.
@@ -64,17 +65,17 @@ pub struct Procedure {
 }
 
 impl Procedure {
-    /// Loads the first scene. `control`, when given, overrides the mode of every scene that has a control.
+    /// Loads the first scene.
     ///
     /// # Errors
     /// [`SceneError`] when there is no scene or one of them cannot be built; all are built once here, so
     /// that a later scene cannot fail in the middle of a session.
-    pub fn new(sources: Vec<SceneSource>, control: Option<ControlMode>) -> Result<Self, SceneError> {
+    pub fn new(sources: Vec<SceneSource>) -> Result<Self, SceneError> {
         for later in sources.iter().skip(1) {
             Scene::new(&later.config, later.mesh.as_ref())?;
         }
         let first = sources.first().ok_or(SceneError::NoScene)?;
-        let scene = load(first, control)?;
+        let scene = load(first, None)?;
         let count = sources.len();
         Ok(Self {
             sources,
@@ -82,7 +83,7 @@ impl Procedure {
             scene,
             kept: vec![Vec::new(); count],
             points_taken: vec![0; count],
-            control,
+            control: None,
             generation: 1,
             idle_steps: 0,
             total_steps: 0,
@@ -92,9 +93,7 @@ impl Procedure {
     /// The paper's liver surgery: skin, liver, hepatic vessel.
     #[must_use]
     pub fn liver_surgery() -> Vec<SceneSource> {
-        [presets::skin(), presets::liver(), presets::vessel()]
-            .map(|config| SceneSource { config, mesh: None })
-            .into()
+        [presets::skin(), presets::liver(), presets::vessel()].map(|config| SceneSource { config, mesh: None }).into()
     }
 
     /// The scene at work.

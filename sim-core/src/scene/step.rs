@@ -11,13 +11,14 @@ use crate::tissue::network::TissueState;
 use crate::tissue::patch_set::{PatchId, PatchSet};
 use crate::tissue::port::Port;
 use crate::tissue::regulation::{AttachmentSpec, Attachments, Engagement};
-use crate::tissue::settle::{SettleReport, settle};
+use crate::tissue::settle::{SettleParams, Settled, settle};
 use crate::tissue::solver::{Stages, StepReport, TissueSolver};
+use crate::tissue::triangle_mesh::TriangleMesh;
 use crate::vector::Vec3;
 use crate::wound::control::ControlMode;
 use crate::wound::ledger::LedgerRow;
 
-use super::build::{ImportedMesh, SceneError, build_tissue, solver_params};
+use super::build::{SceneError, build_tissue, solver_params};
 use super::config::SceneConfig;
 use super::grip::{Grip, Grips};
 use super::plan::{AttachmentPlan, ScenePlan, in_range};
@@ -51,7 +52,7 @@ pub struct Scene {
     solver: TissueSolver,
     stages: Stages,
     settled: TissueState,
-    settling: SettleReport,
+    settling: Settled,
     facts: Vec<PairFacts>,
     places: Vec<PairPlace>,
     suturing: Suturing,
@@ -66,15 +67,17 @@ impl Scene {
     ///
     /// # Errors
     /// [`SceneError`] when the scene, its mesh or its integrator cannot be used.
-    pub fn new(config: &SceneConfig, mesh: Option<&ImportedMesh>) -> Result<Self, SceneError> {
+    pub fn new(config: &SceneConfig, mesh: Option<&TriangleMesh>) -> Result<Self, SceneError> {
         let plan = ScenePlan::new(config)?;
         let tissue = build_tissue(config, mesh)?;
         let patches = patch_set(&tissue)?;
         let mut solver = TissueSolver::new(tissue.network.clone(), patches, solver_params(config)?)?;
-        let (settled, settling) = settle(&tissue.network);
+        let mut settled = tissue.network.rest_state();
+        let settling = settle(&tissue.network, None, &mut settled.position_m, &SettleParams::default());
         solver.reset(&settled)?;
         solver.reassess()?;
-        let closed_gap_m = in_range("suture.closed_gap_mm", config.suture.closed_gap_mm, 0.0, 100.0, "0 to 100")? * 1e-3;
+        let closed_gap_m =
+            in_range("suture.closed_gap_mm", config.suture.closed_gap_mm, 0.0, 100.0, "0 to 100")? * 1e-3;
         let capture_m =
             in_range("suture.capture_radius_mm", config.suture.capture_radius_mm, 0.0, 1000.0, "0 to 1000")? * 1e-3;
         in_range("suture.point_mass_g", config.suture.point_mass_g, 0.0, 1000.0, "0 to 1000")?;
@@ -266,7 +269,7 @@ impl Scene {
 
     /// How the tissue settled at load.
     #[must_use]
-    pub fn settling(&self) -> &SettleReport {
+    pub fn settling(&self) -> &Settled {
         &self.settling
     }
 
@@ -317,12 +320,7 @@ fn pair_facts(tissue: &Tissue, patches: &PatchSet, settled: &TissueState, closed
     facts.collect()
 }
 
-fn stages(
-    plan: &ScenePlan,
-    tissue: &Tissue,
-    patches: &PatchSet,
-    settled: &TissueState,
-) -> Result<Stages, SceneError> {
+fn stages(plan: &ScenePlan, tissue: &Tissue, patches: &PatchSet, settled: &TissueState) -> Result<Stages, SceneError> {
     let attachments = match &plan.attachments {
         Some(a) => Some(attachments(a, tissue, patches, settled)?),
         None => None,

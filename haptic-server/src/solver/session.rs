@@ -1,0 +1,322 @@
+//! A session: the procedure at work, in the words of the wire. The live solver process and lockstep call the same
+//! [`SolverSession::step`]; it reads no clock and no port.
+//!
+//! servo state → suturing, tissue, control (`sim_core::scene`) → `tissue_port`, `wound_report`, frames.
+
+use protocol::scene_frame::{FrameHeader, FrameNode, OutlineHeader};
+use protocol::servo_state::ServoState;
+use protocol::session_command as command;
+use protocol::session_command::SessionCommand;
+use protocol::tissue_port::{HANDLE_HELD, HANDLE_LINKED, HANDLE_PULLED, HandlePort, TissuePort};
+use protocol::wire::Field;
+use protocol::wound_report::{LedgerRow, MAX_LEDGER_ROWS, WoundReport};
+use sim_core::scene::build::SceneError;
+use sim_core::scene::grip::{Grip, HandleMode};
+use sim_core::scene::procedure::{Procedure, ProcedureRow, SceneSource, SessionRequest};
+use sim_core::scene::step::ServoInput;
+use sim_core::scene::suturing::{HandInput, Side};
+use sim_core::tissue::handle::MAX_HANDLES;
+use sim_core::tissue::integrator::Integrator;
+use sim_core::tissue::port::Port;
+use sim_core::vector::{Mat3, Vec3};
+use sim_core::wound::control::ControlMode;
+
+use super::suture_path;
+
+/// `WoundReport::command_result`: done.
+pub const COMMAND_DONE: u32 = 1;
+/// `WoundReport::command_result`: refused.
+pub const COMMAND_REFUSED: u32 = 2;
+
+/// The tissue side of a run.
+#[derive(Debug)]
+pub struct SolverSession {
+    procedure: Procedure,
+    port: TissuePort,
+    report: WoundReport,
+    stylus_m: Option<Vec3>,
+    refusal: Option<&'static str>,
+}
+
+impl SolverSession {
+    /// Loads a procedure (one scene is a procedure of one).
+    ///
+    /// # Errors
+    /// [`SceneError`] when a scene cannot be built.
+    pub fn new(sources: Vec<SceneSource>) -> Result<Self, SceneError> {
+        let procedure = Procedure::new(sources)?;
+        let mut session =
+            Self { procedure, port: TissuePort::EMPTY, report: WoundReport::EMPTY, stylus_m: None, refusal: None };
+        session.describe(0, 0);
+        Ok(session)
+    }
+
+    /// One solver period: what the servo last said, at most one command, the time for the port's stamps.
+    pub fn step(&mut self, servo: Option<&ServoState>, command: Option<&SessionCommand>, now_ns: u64) {
+        if let Some(command) = command {
+            self.obey(command);
+        }
+        let input = servo.map(|s| self.input(s));
+        self.stylus_m = input.map(|i| i.hand.position_m);
+        self.procedure.step(input.as_ref());
+        self.describe(now_ns, servo.map_or(0, |s| s.header.sequence));
+    }
+
+    /// The port of the last step; the publisher stamps it.
+    #[must_use]
+    pub fn port(&self) -> &TissuePort {
+        &self.port
+    }
+
+    /// The report of the last step; the publisher stamps it and adds its step times.
+    #[must_use]
+    pub fn report(&self) -> &WoundReport {
+        &self.report
+    }
+
+    /// Why the last command was refused.
+    #[must_use]
+    pub fn refusal(&self) -> Option<&'static str> {
+        self.refusal
+    }
+
+    /// The procedure, for reports.
+    #[must_use]
+    pub fn procedure(&self) -> &Procedure {
+        &self.procedure
+    }
+
+    /// Solver period of the scene at work, seconds.
+    #[must_use]
+    pub fn period_s(&self) -> f64 {
+        self.procedure.scene().solver().params().period_s
+    }
+
+    /// Counts scene loads and restores.
+    #[must_use]
+    pub fn scene_generation(&self) -> u32 {
+        self.procedure.generation()
+    }
+
+    /// Whether the last scene of the procedure is done.
+    #[must_use]
+    pub fn finished(&self) -> bool {
+        self.procedure.finished()
+    }
+
+    /// Node positions for a viewer; `nodes` is reused from frame to frame.
+    pub fn frame(&self, nodes: &mut Vec<FrameNode>) -> FrameHeader {
+        let positions = &self.procedure.scene().solver().state().position_m;
+        nodes.clear();
+        nodes.extend(
+            positions
+                .iter()
+                .map(|x| FrameNode { position_m: [x.x as f32, x.y as f32, x.z as f32], attachment_force_n: 0.0 }),
+        );
+        let mut header = FrameHeader::EMPTY;
+        header.scene_generation = self.scene_generation();
+        header.node_count = nodes.len() as u32;
+        header.sim_time_s = self.report.sim_time_s;
+        header
+    }
+
+    /// What a viewer needs once per scene: triangles, layers, suture points, wound edge.
+    #[must_use]
+    pub fn outline(&self) -> (OutlineHeader, Vec<u32>) {
+        let scene = self.procedure.scene();
+        let tissue = scene.tissue();
+        let mut words: Vec<u32> = tissue.triangles.iter().flatten().copied().collect();
+        words.extend(tissue.layer.iter().map(|l| u32::from(*l)));
+        words.extend(tissue.pairs.iter().flat_map(|p| [p.left.node, p.right.node]));
+        words.extend(&tissue.wound_edge);
+        let mut header = OutlineHeader::EMPTY;
+        header.scene_generation = self.scene_generation();
+        header.scene_kind = scene.kind_code();
+        header.node_count = tissue.network.node_count() as u32;
+        header.triangle_count = tissue.triangles.len() as u32;
+        header.pair_count = tissue.pairs.len() as u32;
+        header.edge_count = tissue.wound_edge.len() as u32;
+        (header, words)
+    }
+
+    fn obey(&mut self, message: &SessionCommand) {
+        let request = match message.command {
+            command::RESTORE => SessionRequest::Restore,
+            command::NEXT => SessionRequest::Next,
+            command::PREVIOUS => SessionRequest::Previous,
+            command::TIE => SessionRequest::Tie,
+            command::CONTROL_ON => SessionRequest::Control(ControlMode::Sound),
+            command::CONTROL_OFF => SessionRequest::Control(ControlMode::Off),
+            command::CONTROL_PAPER => SessionRequest::Control(ControlMode::Paper),
+            // Re-arming is the servo's.
+            _ => return,
+        };
+        self.refusal = self.procedure.request(request).err();
+        self.report.command_sequence = message.header.sequence as u32;
+        self.report.command_result = if self.refusal.is_none() { COMMAND_DONE } else { COMMAND_REFUSED };
+    }
+
+    /// Epoch on the wire: scene loads and restores count as well as grips.
+    fn epoch(&self) -> u32 {
+        self.scene_generation() << 16 | self.procedure.scene().grips().epoch() & 0xffff
+    }
+
+    fn input(&self, servo: &ServoState) -> ServoInput {
+        let device = &servo.devices[0];
+        let grips = self.procedure.scene().grips();
+        let mut handles_m = [None; MAX_HANDLES];
+        if servo.port_epoch == self.epoch() {
+            for grip in grips.iter() {
+                let handle = &servo.handles[grip.slot.0];
+                if handle.mode == mode_code(grip.mode) {
+                    handles_m[grip.slot.0] = Some(Vec3::from(handle.position_m));
+                }
+            }
+        }
+        ServoInput {
+            hand: HandInput {
+                position_m: Vec3::from(device.position_m),
+                press_count: device.press_count[0],
+                release_count: device.release_count[0],
+            },
+            // The handles above were already matched against the epoch on the wire.
+            port_epoch: grips.epoch(),
+            handles_m,
+        }
+    }
+
+    fn describe(&mut self, now_ns: u64, servo_sequence: u64) {
+        self.describe_port(now_ns, servo_sequence);
+        self.describe_report();
+    }
+
+    fn describe_port(&mut self, now_ns: u64, servo_sequence: u64) {
+        let mut port = TissuePort::EMPTY;
+        port.epoch = self.epoch();
+        port.scene_generation = self.scene_generation();
+        let scene = self.procedure.scene_mut();
+        let suturing = scene.suturing();
+        let pair = suturing.pair();
+        port.stage = suturing.stage().code();
+        port.pair = pair as u32;
+        port.pair_count = scene.places().len() as u32;
+        port.stitches = suturing.stitches() as u32;
+        port.scene_kind = scene.kind_code();
+        port.valid_ns = now_ns;
+        port.publish_ns = now_ns;
+        port.servo_sequence = servo_sequence;
+        if let Some(place) = scene.places().get(pair) {
+            port.gap_m = place.distance_m();
+            port.closed_gap_m = place.closed_m;
+        }
+        if let Some((pair, side)) = suturing.next_target() {
+            let place = scene.places()[pair];
+            port.target_m = match side {
+                Side::Left => place.left_m,
+                Side::Right => place.right_m,
+            }
+            .into();
+        }
+        port.target_normal = scene.tissue().outward.into();
+        port.across = scene.tissue().across.into();
+        port.line_rest_length_m = scene.grips().line_rest_length_m();
+        port.capstan_ratio = scene.plan().line.map_or(1.0, |l| l.capstan_ratio);
+        let grips: [Option<Grip>; 2] = {
+            let mut all = scene.grips().iter().copied();
+            [all.next(), all.next()]
+        };
+        for grip in grips.into_iter().flatten() {
+            if let Some(measured) = scene.port(&grip) {
+                port.handles[grip.slot.0] = handle_port(&grip, &measured);
+                port.handle_count += 1;
+            }
+        }
+        self.port = port;
+    }
+
+    fn describe_report(&mut self) {
+        let scene = self.procedure.scene();
+        let report = &mut self.report;
+        let (index, count) = self.procedure.progress();
+        report.scene_index = index as u32;
+        report.scene_count = count as u32;
+        report.scene_kind = scene.kind_code();
+        report.stage = scene.suturing().stage().code();
+        report.control = match scene.control_mode() {
+            None | Some(ControlMode::Off) => 0,
+            Some(ControlMode::Sound) => 1,
+            Some(ControlMode::Paper) => 2,
+        };
+        let stability = scene.solver().stability();
+        report.integrator = match stability.integrator {
+            Integrator::SemiImplicit => 0,
+            Integrator::PaperExplicit => 1,
+        };
+        report.substeps = stability.substeps;
+        report.stability_number = stability.number;
+        report.points_taken = self.procedure.points_taken();
+        report.solver_steps = self.procedure.total_steps();
+        report.sim_time_s = self.procedure.total_steps() as f64 * scene.solver().params().period_s;
+        report.row_count = 0;
+        report.er_max = 0.0;
+        for (slot, row) in report.rows.iter_mut().zip(self.procedure.rows()) {
+            *slot = ledger_row(&row);
+            report.row_count += 1;
+            report.er_max = report.er_max.max(slot.relative_error);
+        }
+        report.line_point_count = suture_path::measure(scene, self.stylus_m, &mut report.line_m);
+    }
+}
+
+fn mode_code(mode: HandleMode) -> u32 {
+    match mode {
+        HandleMode::Held => HANDLE_HELD,
+        HandleMode::Pulled => HANDLE_PULLED,
+        HandleMode::Linked => HANDLE_LINKED,
+    }
+}
+
+fn handle_port(grip: &Grip, port: &Port) -> HandlePort {
+    HandlePort {
+        position_m: port.position_m.into(),
+        velocity_m_per_s: port.velocity_m_per_s.into(),
+        force_n: port.force_n.into(),
+        stiffness_n_per_m: symmetric(&port.step_stiffness_n_per_m),
+        one_ring_n_per_m: symmetric(&port.one_ring_n_per_m),
+        trust_radius_m: port.trust_radius_m,
+        mass_kg: port.mass_kg,
+        drag_n_s_per_m: port.drag_n_s_per_m,
+        mode: mode_code(grip.mode),
+        pair: grip.pair as u32,
+    }
+}
+
+/// xx, xy, xz, yy, yz, zz.
+fn symmetric(m: &Mat3) -> [f64; 6] {
+    [m[(0, 0)], m[(0, 1)], m[(0, 2)], m[(1, 1)], m[(1, 2)], m[(2, 2)]]
+}
+
+fn ledger_row(row: &ProcedureRow) -> LedgerRow {
+    let r = &row.row;
+    let history =
+        [r.history.control_acts, r.history.control_has_acted, r.history.knot_slipped, r.history.pulled_through];
+    LedgerRow {
+        left_original_m: r.left_original_m.into(),
+        left_current_m: r.left_current_m.into(),
+        right_original_m: r.right_original_m.into(),
+        right_current_m: r.right_current_m.into(),
+        open_distance_m: r.open_distance_m,
+        original_distance_m: r.original_distance_m,
+        current_distance_m: r.current_distance_m,
+        relative_error: r.relative_error,
+        holding_force_n: r.holding_force_n,
+        stitch_tension_n: r.stitch_tension_n,
+        pair: r.pair,
+        scene_kind: row.kind_code,
+        flags: history.iter().enumerate().map(|(bit, set)| u32::from(*set) << bit).sum(),
+        reserved: 0,
+    }
+}
+
+/// Rows of Table 1 that a report can carry: three scenes of sixteen stitches.
+const _: () = assert!(MAX_LEDGER_ROWS >= 3 * 16);
