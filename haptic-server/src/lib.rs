@@ -8,6 +8,7 @@ pub mod exit;
 pub mod hand;
 pub mod logging;
 pub mod realtime;
+pub mod lockstep;
 pub mod report;
 pub mod rig;
 pub mod scene_file;

@@ -145,5 +145,5 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), ServerError> {
 }
 
 fn cannot_write(path: &Path, error: &std::io::Error) -> ServerError {
-    ServerError::CannotCreate(format!("{}: {error}; give a folder that can be written with --out", path.display()))
+    ServerError::Permission(format!("cannot write {}: {error}; give another folder with --out", path.display()))
 }

@@ -10,3 +10,6 @@ pub mod procedure;
 pub mod step;
 pub mod stitching;
 pub mod suturing;
+
+#[cfg(test)]
+mod tests;

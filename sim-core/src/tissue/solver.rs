@@ -205,6 +205,18 @@ impl TissueSolver {
         self.handles.get_mut(slot.0).and_then(Option::as_mut).is_some_and(|h| h.lead(target_m))
     }
 
+    /// Moves a patch at once, as the paper's control does; its velocity stays. Patches that a handle holds, patches that
+    /// do not exist and shifts that are not finite are left alone.
+    pub fn displace(&mut self, patch: PatchId, shift_m: Vec3) {
+        let held = self.handles.iter().flatten().any(|h| h.patch == patch);
+        if held || !self.patches.contains(patch) || !crate::finite::is_finite(&shift_m) {
+            return;
+        }
+        for &node in self.patches.nodes(patch) {
+            self.state.position_m[node as usize] += shift_m;
+        }
+    }
+
     /// One period.
     pub fn step(&mut self, stages: &mut Stages) -> StepReport {
         let substeps = self.stability.substeps;

@@ -1,0 +1,115 @@
+//! The scenes as a whole: they load, stand still until touched, take a stitch, and come back on restore.
+
+use super::build::SceneError;
+use super::presets;
+use super::procedure::{Procedure, SceneSource, SessionRequest};
+use super::step::{Scene, ServoInput};
+use super::suturing::{HandInput, Stage};
+use crate::tissue::handle::MAX_HANDLES;
+use crate::tissue::settle::SettleEnd;
+use crate::vector::Vec3;
+
+/// A tissue at rest may move by rounding and by the residual of settling: 1 µN on 160 N/m is 6 nm.
+const AT_REST_M: f64 = 1e-7;
+
+fn hand(position_m: Vec3, press_count: u32, release_count: u32) -> ServoInput {
+    ServoInput {
+        hand: HandInput { position_m, press_count, release_count },
+        port_epoch: u32::MAX,
+        handles_m: [None; MAX_HANDLES],
+    }
+}
+
+/// A kinematic hand: the servo of this test puts the suture points where it likes.
+fn drive(scene: &mut Scene, mut input: ServoInput, handles: [Option<Vec3>; 2], steps: u32) {
+    for _ in 0..steps {
+        input.port_epoch = scene.grips().epoch();
+        input.handles_m[..2].copy_from_slice(&handles);
+        scene.step(Some(&input));
+    }
+}
+
+/// Sutures pair 0 with the points moved to `closed_m` of each other.
+fn one_stitch(scene: &mut Scene) {
+    let start = scene.places()[0];
+    scene.step(Some(&hand(start.left_m, 0, 0)));
+    drive(scene, hand(start.left_m, 1, 0), [Some(start.left_m), None], 2);
+    drive(scene, hand(start.left_m, 1, 1), [None; 2], 2);
+    let open = scene.places()[0];
+    let input = hand(open.right_m, 2, 1);
+    drive(scene, input, [Some(open.right_m), Some(open.left_m)], 1);
+    let across = (open.right_m - open.left_m).normalize();
+    let middle = 0.5 * (open.right_m + open.left_m);
+    let half = 0.5 * (open.closed_m - 2e-4);
+    drive(scene, input, [Some(middle + across * half), Some(middle - across * half)], 100);
+    drive(scene, hand(open.right_m, 2, 2), [None; 2], 1);
+}
+
+#[test]
+fn presets_load_settle_and_stand_still() {
+    for config in [presets::skin(), presets::liver(), presets::vessel()] {
+        let mut scene = Scene::new(&config, None).unwrap();
+        assert_eq!(scene.settling().end, SettleEnd::Converged, "{}: {:?}", config.name, scene.settling());
+        let before = scene.solver().state().position_m.clone();
+        for _ in 0..100 {
+            scene.step(None);
+        }
+        let moved = scene.solver().state().position_m.iter().zip(&before).map(|(a, b)| (a - b).norm());
+        let most = moved.fold(0.0, f64::max);
+        assert!(most < AT_REST_M, "{} moved by {most} m", config.name);
+        assert_eq!(scene.suturing().stage(), Stage::Idle);
+        assert!(scene.grips().iter().next().is_none());
+    }
+}
+
+#[test]
+fn a_stitch_is_tied_and_written_into_the_ledger() {
+    for config in [presets::skin(), presets::liver(), presets::vessel()] {
+        let mut scene = Scene::new(&config, None).unwrap();
+        let open = scene.places()[0].distance_m();
+        one_stitch(&mut scene);
+        let rows = scene.ledger_rows();
+        assert_eq!(rows.len(), 1, "{}: stage {:?}", config.name, scene.suturing().stage());
+        assert!((rows[0].open_distance_m - open).abs() < AT_REST_M);
+        assert!(rows[0].original_distance_m < open, "{}", config.name);
+        drive(&mut scene, hand(Vec3::new(0.0, 0.0, 0.05), 2, 2), [None; 2], 200);
+        let row = &scene.ledger_rows()[0];
+        assert!(row.relative_error <= 0.10, "{}: ER {}", config.name, row.relative_error);
+    }
+}
+
+#[test]
+fn restore_brings_back_the_start_to_the_bit() {
+    let mut scene = Scene::new(&presets::skin(), None).unwrap();
+    let before = scene.solver().state().clone();
+    one_stitch(&mut scene);
+    assert_ne!(scene.solver().state(), &before);
+    scene.restore();
+    assert_eq!(scene.solver().state(), &before);
+    assert_eq!((scene.suturing().stage(), scene.ledger_rows().len()), (Stage::Idle, 0));
+}
+
+#[test]
+fn a_procedure_goes_forth_and_back_and_refuses_what_is_not_there() {
+    let sources = [presets::skin(), presets::vessel()].map(|config| SceneSource { config, mesh: None });
+    let mut procedure = Procedure::new(sources.into()).unwrap();
+    assert!(procedure.request(SessionRequest::Previous).is_err());
+    assert!(procedure.request(SessionRequest::Tie).is_err());
+    procedure.request(SessionRequest::Next).unwrap();
+    assert_eq!((procedure.progress(), procedure.scene().kind_code()), ((1, 2), 2));
+    assert!(procedure.request(SessionRequest::Next).is_err());
+    procedure.request(SessionRequest::Previous).unwrap();
+    assert_eq!((procedure.progress(), procedure.generation()), ((0, 2), 3));
+    assert_eq!(Procedure::new(Vec::new()).unwrap_err(), SceneError::NoScene);
+}
+
+#[test]
+fn a_scene_without_a_stage_has_no_memory_for_it() {
+    let mut config = presets::skin();
+    config.attachment = None;
+    config.line = None;
+    config.control = None;
+    let scene = Scene::new(&config, None).unwrap();
+    assert!(scene.stages().attachments.is_none() && scene.stages().pairs.is_none() && scene.stages().loads.is_none());
+    assert_eq!(scene.control_mode(), None);
+}
