@@ -12,6 +12,9 @@ use crate::vector::{Mat3, Vec3};
 /// Ends closer than this count as coincident, metres: far below any mesh, far above underflow of the square.
 pub const COINCIDENT_M: f64 = 1e-12;
 
+/// Springs of a row that are worked on side by side.
+const LANES: usize = 4;
+
 /// Writes the spring force on every node. Returns the number of half-springs whose ends coincide.
 pub fn gather(network: &SpringNetwork, position_m: &[Vec3], force_n: &mut [Vec3]) -> u32 {
     let edges = &network.half_edges;
@@ -29,11 +32,30 @@ pub fn gather(network: &SpringNetwork, position_m: &[Vec3], force_n: &mut [Vec3]
 fn row_force(edges: &HalfEdges, node: usize, position_m: &[Vec3]) -> (Vec3, u32) {
     let row = edges.row(node);
     let x = position_m[node];
+    let (neighbours, stiffness, rest) =
+        (&edges.neighbour[row.clone()], &edges.stiffness_n_per_m[row.clone()], &edges.rest_length_m[row]);
     let mut sum = Vec3::zeros();
     let mut coincident = 0;
-    let entries =
-        edges.neighbour[row.clone()].iter().zip(&edges.stiffness_n_per_m[row.clone()]).zip(&edges.rest_length_m[row]);
-    for ((&j, &k), &rest) in entries {
+    let (wide_j, tail_j) = neighbours.as_chunks::<LANES>();
+    let (wide_k, tail_k) = stiffness.as_chunks::<LANES>();
+    let (wide_rest, tail_rest) = rest.as_chunks::<LANES>();
+    for ((j, k), rest) in wide_j.iter().zip(wide_k).zip(wide_rest) {
+        let d = j.map(|j| position_m[j as usize] - x);
+        let squared = d.map(|d| d.norm_squared());
+        let length = squared.map(f64::sqrt);
+        for lane in 0..LANES {
+            coincident += u32::from(length[lane] < COINCIDENT_M);
+        }
+        let floored = length.map(|l| l.max(COINCIDENT_M));
+        let mut scale = [0.0; LANES];
+        for lane in 0..LANES {
+            scale[lane] = k[lane] - k[lane] * rest[lane] / floored[lane];
+        }
+        for lane in 0..LANES {
+            sum += d[lane] * scale[lane];
+        }
+    }
+    for ((&j, &k), &rest) in tail_j.iter().zip(tail_k).zip(tail_rest) {
         let d = position_m[j as usize] - x;
         let length = d.norm();
         coincident += u32::from(length < COINCIDENT_M);
