@@ -18,6 +18,7 @@ pub mod servo_process;
 pub mod servo_setup;
 pub mod session;
 pub mod solver;
+pub mod solver_process;
 pub mod summary;
 pub mod supervisor;
 pub mod telemetry;

@@ -1,4 +1,4 @@
-//! Loads scene files: TOML text to [`SceneConfig`], with the mesh it names.
+//! Loads scene files: TOML text to a [`SceneSource`] with the mesh it names.
 //!
 //! Order: size cap, then read, then UTF-8, then TOML, then the mesh, which must lie in the scene's folder.
 //! Every refusal is one sentence with file:line:column and the remedy; an unknown key names the nearest
@@ -8,10 +8,12 @@ use crate::cli::SceneArgs;
 use crate::cli::choice::{ControlChoice, ProcedureChoice, SceneChoice};
 use crate::error::ServerError;
 use crate::servo::params::ServoConfig;
-use crate::solver::mesh_obj::{ObjLimits, SurfaceMesh, read_obj};
+use crate::solver::mesh_obj::{ObjLimits, read_obj};
 use serde::de::DeserializeOwned;
 use sim_core::scene::config::{ControlReading, SceneConfig, TissueConfig};
 use sim_core::scene::presets;
+use sim_core::scene::procedure::{Procedure, SceneSource};
+use sim_core::tissue::triangle_mesh::TriangleMesh;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
@@ -22,25 +24,14 @@ const NEAREST_KEY_EDITS: usize = 6;
 /// Millimetres to metres.
 const M_PER_MM: f64 = 1e-3;
 
-/// A scene file with what it refers to.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SceneFile {
-    /// What the file says.
-    pub config: SceneConfig,
-    /// The surface mesh that it names.
-    pub mesh: Option<SurfaceMesh>,
-}
-
 /// The scenes that the command line chose, in order, with its choice of control.
 ///
 /// # Errors
 /// 66 or 65 for a scene file that cannot be used.
-pub fn chosen(args: &SceneArgs) -> Result<Vec<SceneFile>, ServerError> {
-    let preset = |config| SceneFile { config, mesh: None };
+pub fn chosen(args: &SceneArgs) -> Result<Vec<SceneSource>, ServerError> {
+    let preset = |config| SceneSource { config, mesh: None };
     let mut scenes = match (args.procedure, &args.scene) {
-        (Some(ProcedureChoice::LiverSurgery), _) => {
-            vec![preset(presets::skin()), preset(presets::liver()), preset(presets::vessel())]
-        }
+        (Some(ProcedureChoice::LiverSurgery), _) => Procedure::liver_surgery(),
         (None, SceneChoice::Skin) => vec![preset(presets::skin())],
         (None, SceneChoice::Liver) => vec![preset(presets::liver())],
         (None, SceneChoice::Vessel) => vec![preset(presets::vessel())],
@@ -79,7 +70,7 @@ pub fn servo_config(path: &Path) -> Result<ServoConfig, ServerError> {
 ///
 /// # Errors
 /// 66 when a file is missing, 65 when its contents cannot be used.
-pub fn load(path: &Path) -> Result<SceneFile, ServerError> {
+pub fn load(path: &Path) -> Result<SceneSource, ServerError> {
     let bytes = read_capped(path, LARGEST_SCENE_BYTES)?;
     let config = parse(&bytes, &path.display().to_string())?;
     let mesh = match &config.tissue {
@@ -92,7 +83,7 @@ pub fn load(path: &Path) -> Result<SceneFile, ServerError> {
         }
         _ => None,
     };
-    Ok(SceneFile { config, mesh })
+    Ok(SceneSource { config, mesh })
 }
 
 /// Parses the text of a scene file; `file` is used in messages only.
@@ -129,7 +120,7 @@ pub fn read_capped(path: &Path, cap: u64) -> Result<Vec<u8>, ServerError> {
     Ok(bytes)
 }
 
-fn load_mesh(scene: &Path, name: &str, metres_per_unit: f64) -> Result<SurfaceMesh, ServerError> {
+fn load_mesh(scene: &Path, name: &str, metres_per_unit: f64) -> Result<TriangleMesh, ServerError> {
     let path = resolve_beneath(scene, name)?;
     let limits = ObjLimits::default();
     let bytes = read_capped(&path, limits.bytes as u64)?;

@@ -41,6 +41,17 @@ pub struct ServoSpec {
     pub record: Option<PathBuf>,
 }
 
+impl ServoSpec {
+    /// Who moves the stylus, for reports: a replay is its own hand.
+    #[must_use]
+    pub fn hand_label(&self) -> String {
+        match &self.device {
+            DeviceChoice::Replay(path) => path.display().to_string(),
+            _ => self.hand.to_string(),
+        }
+    }
+}
+
 /// What to do when real-time rights are missing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -1,3 +1,5 @@
-//! The tissue process.
+//! `deformation-solver`: the tissue process; see the library.
 
-fn main() {}
+fn main() -> std::process::ExitCode {
+    haptic_server::cli::dispatch::deformation_solver()
+}

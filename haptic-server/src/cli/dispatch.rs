@@ -3,11 +3,11 @@
 //! stdout carries results only (with `--json` one document and nothing else); an error is one sentence on
 //! stderr. A closed stdout (`| head`) is no error.
 
-use super::{Command, RunArgs, SceneCommand, ServerCli, files, parse};
+use super::{Command, SceneCommand, ServerCli, SolverCli, files, lockstep, parse};
 use crate::error::ServerError;
 use crate::exit;
 use crate::summary::RunSummary;
-use crate::{clean, logging, servo_process, session, supervisor};
+use crate::{clean, logging, servo_process, session, solver_process, supervisor};
 use clap::CommandFactory;
 use std::io::Write;
 use std::process::ExitCode;
@@ -20,6 +20,18 @@ pub fn haptic_server() -> ExitCode {
         Ok(cli) => {
             logging::install();
             ending("haptic-server", execute(cli.command))
+        }
+    }
+}
+
+/// The whole of the program `deformation-solver`.
+#[must_use]
+pub fn deformation_solver() -> ExitCode {
+    match parse::<SolverCli>(std::env::args_os()) {
+        Err(code) => ExitCode::from(code),
+        Ok(cli) => {
+            logging::install();
+            ending("deformation-solver", solver_process::run(&cli))
         }
     }
 }
@@ -39,7 +51,8 @@ fn ending(program: &str, result: Result<(), ServerError>) -> ExitCode {
 
 fn execute(command: Command) -> Result<(), ServerError> {
     match command {
-        Command::Run(args) => run(&args),
+        Command::Run(args) => print(&report(&supervisor::run(&args)?, args.json)?),
+        Command::Lockstep(args) => print(&report(&lockstep::run(&args)?, args.json)?),
         Command::Servo => servo_process::run(),
         Command::Scene(SceneCommand::Check { file, json }) => print(&files::scene_check(&file, json.into())?),
         Command::Clean => print(&clean::clean()?),
@@ -49,15 +62,10 @@ fn execute(command: Command) -> Result<(), ServerError> {
             print(&String::from_utf8_lossy(&script))
         }
         Command::Session { action } => session::send(action),
-        Command::Lockstep(_) | Command::Convert { .. } | Command::Inspect { .. } => {
+        Command::Convert { .. } | Command::Inspect { .. } => {
             Err(ServerError::Unavailable("this command is not in this build".to_owned()))
         }
     }
-}
-
-fn run(args: &RunArgs) -> Result<(), ServerError> {
-    let summary = supervisor::run(args)?;
-    print(&report(&summary, args.json)?)
 }
 
 fn report(summary: &RunSummary, json: bool) -> Result<String, ServerError> {

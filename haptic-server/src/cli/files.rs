@@ -36,7 +36,7 @@ pub(super) fn scene_check(file: &Path, format: Format) -> Result<String, ServerE
         ("control", config.control.is_some()),
     ];
     let present: Vec<&str> = stages.iter().filter(|s| s.1).map(|s| s.0).collect();
-    let mesh = scene.mesh.as_ref().map(|m| (m.positions_m.len(), m.triangles.len()));
+    let mesh = scene.mesh.as_ref().map(|m| (m.vertices_m.len(), m.faces.len()));
     Ok(match format {
         Format::Json => {
             let mesh = mesh.map(|(vertices, triangles)| json!({ "vertices": vertices, "triangles": triangles }));

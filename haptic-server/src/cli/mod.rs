@@ -7,6 +7,7 @@
 pub mod choice;
 pub mod dispatch;
 mod files;
+mod lockstep;
 
 use crate::exit;
 use choice::{ControlChoice, DeviceChoice, HandChoice, HandSide, ProcedureChoice, SceneChoice};
@@ -213,6 +214,9 @@ pub struct LockstepArgs {
     /// Folder for tissue frames.
     #[arg(long, value_name = "DIR")]
     pub frames: Option<PathBuf>,
+    /// Servo constants: a TOML file with the tables coupling, safety, ladder, sample, rhythm.
+    #[arg(long, value_name = "FILE.toml")]
+    pub servo: Option<PathBuf>,
     /// Print one JSON document on stdout and nothing else.
     #[arg(long)]
     pub json: bool,

@@ -88,7 +88,7 @@ fn a_mesh_comes_from_the_scenes_folder_only() {
         }
         std::fs::write(&path, toml::to_string(&config).expect("representable")).expect("write");
         match load(&path) {
-            Ok(scene) => assert_eq!((code, scene.mesh.map(|m| m.triangles.len())), (exit::OK, Some(4)), "{name}"),
+            Ok(scene) => assert_eq!((code, scene.mesh.map(|m| m.faces.len())), (exit::OK, Some(4)), "{name}"),
             Err(error) => assert_eq!(error.exit_code(), code, "{name}: {error}"),
         }
     }

@@ -75,7 +75,7 @@ pub fn run() -> Result<(), ServerError> {
     delivery.stop.store(true, Ordering::Relaxed);
     joined(bridge, "bridge")??;
     let wound = delivery.reports.pop();
-    let facts = report::Facts { device: name, hand: spec.hand.to_string(), registration };
+    let facts = report::Facts { device: name, hand: spec.hand_label(), registration };
     ControlLine::report(&FromServo::Summary(Box::new(report::summary(facts, &end, wound.as_ref()))));
     Ok(())
 }

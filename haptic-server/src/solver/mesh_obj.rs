@@ -7,6 +7,7 @@
 //! Counts are bounded by [`ObjLimits`], and growth by the text itself, so a small file never asks for
 //! much memory. Deliberately absent: free-form surfaces, lines continued by a backslash.
 
+use sim_core::tissue::triangle_mesh::TriangleMesh;
 use sim_core::vector::Vec3;
 
 /// Largest coordinate after scaling, metres: nothing a hand can suture is larger.
@@ -27,15 +28,6 @@ impl Default for ObjLimits {
     fn default() -> Self {
         Self { bytes: 64 << 20, vertices: 200_000, triangles: 400_000 }
     }
-}
-
-/// A triangle surface as it stands in the file.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SurfaceMesh {
-    /// Vertices, metres.
-    pub positions_m: Vec<Vec3>,
-    /// Vertex indices of each triangle.
-    pub triangles: Vec<[u32; 3]>,
 }
 
 /// What is wrong with a mesh file, and where.
@@ -80,7 +72,7 @@ fn fault<T>(word: Word<'_>, what: String) -> Result<T, Fault> {
 ///
 /// # Errors
 /// [`ObjError`] says what is wrong, where, and how to mend it.
-pub fn read_obj(bytes: &[u8], file: &str, metres_per_unit: f64, limits: ObjLimits) -> Result<SurfaceMesh, ObjError> {
+pub fn read_obj(bytes: &[u8], file: &str, metres_per_unit: f64, limits: ObjLimits) -> Result<TriangleMesh, ObjError> {
     let at =
         |line: usize, fault: Fault| ObjError { file: file.to_owned(), line, column: fault.column, what: fault.what };
     if bytes.len() > limits.bytes {
@@ -93,7 +85,7 @@ pub fn read_obj(bytes: &[u8], file: &str, metres_per_unit: f64, limits: ObjLimit
         let column = 1 + before.iter().rev().take_while(|&&b| b != b'\n').count();
         at(line, Fault { column, what: "not UTF-8 text; export the mesh as a text OBJ".to_owned() })
     })?;
-    let mut mesh = SurfaceMesh::default();
+    let mut mesh = TriangleMesh { vertices_m: Vec::new(), faces: Vec::new() };
     let mut vertex_lines: Vec<usize> = Vec::new();
     let mut used: Vec<bool> = Vec::new();
     let mut last_line = 1;
@@ -114,13 +106,13 @@ pub fn read_obj(bytes: &[u8], file: &str, metres_per_unit: f64, limits: ObjLimit
             ),
         };
         result.map_err(|f| at(number, f))?;
-        vertex_lines.resize(mesh.positions_m.len(), number);
+        vertex_lines.resize(mesh.vertices_m.len(), number);
     }
-    if mesh.triangles.is_empty() {
+    if mesh.faces.is_empty() {
         let what = "the file ends without a face; export the surface as polygons (f statements)".to_owned();
         return Err(at(last_line, Fault { column: 1, what }));
     }
-    used.resize(mesh.positions_m.len(), false);
+    used.resize(mesh.vertices_m.len(), false);
     if let Some(loose) = used.iter().position(|u| !u) {
         let what = format!("vertex {} belongs to no face; remove loose vertices in the modelling program", loose + 1);
         return Err(at(vertex_lines[loose], Fault { column: 1, what }));
@@ -133,9 +125,9 @@ fn vertex<'a>(
     mut words: impl Iterator<Item = Word<'a>>,
     metres_per_unit: f64,
     limits: ObjLimits,
-    mesh: &mut SurfaceMesh,
+    mesh: &mut TriangleMesh,
 ) -> Result<(), Fault> {
-    if mesh.positions_m.len() >= limits.vertices {
+    if mesh.vertices_m.len() >= limits.vertices {
         return fault(keyword, format!("more than {} vertices; coarsen the mesh", limits.vertices));
     }
     let mut position = Vec3::zeros();
@@ -157,7 +149,7 @@ fn vertex<'a>(
             Err(_) => return fault(word, format!("{:?} is not a number; give a decimal coordinate", word.text)),
         };
     }
-    mesh.positions_m.push(position);
+    mesh.vertices_m.push(position);
     Ok(())
 }
 
@@ -165,15 +157,15 @@ fn face<'a>(
     keyword: Word<'a>,
     words: impl Iterator<Item = Word<'a>>,
     limits: ObjLimits,
-    mesh: &mut SurfaceMesh,
+    mesh: &mut TriangleMesh,
     used: &mut Vec<bool>,
 ) -> Result<(), Fault> {
     let mut first: Option<u32> = None;
     let mut previous: Option<u32> = None;
     let mut triangles = 0;
     for word in words {
-        let corner = corner(word, mesh.positions_m.len())?;
-        used.resize(mesh.positions_m.len(), false);
+        let corner = corner(word, mesh.vertices_m.len())?;
+        used.resize(mesh.vertices_m.len(), false);
         used[corner as usize] = true;
         let (Some(a), Some(b)) = (first, previous) else {
             (previous, first) = (first.map(|_| corner), first.or(Some(corner)));
@@ -188,10 +180,10 @@ fn face<'a>(
         if corner == a || corner == b {
             return fault(word, format!("vertex {} stands twice in this face; remove the degenerate face", corner + 1));
         }
-        if mesh.triangles.len() >= limits.triangles {
+        if mesh.faces.len() >= limits.triangles {
             return fault(word, format!("more than {} triangles; coarsen the mesh", limits.triangles));
         }
-        mesh.triangles.push([a, b, corner]);
+        mesh.faces.push([a, b, corner]);
         previous = Some(corner);
         triangles += 1;
     }

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 const TETRAHEDRON: &str = "# unit: cm\nmtllib x.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0 0.5 0.5 0.5\nv 0 0 1\nvn 0 0 1\n\
                            f 1 3 2\nf 1/1 2/2 4/3\nf 2//1 3//1 -1//1\nf -4/1/1 -1/1/1 -2/1/1\n";
 
-fn read(text: &str) -> Result<SurfaceMesh, ObjError> {
+fn read(text: &str) -> Result<TriangleMesh, ObjError> {
     read_obj(text.as_bytes(), "m.obj", 0.01, ObjLimits::default())
 }
 
@@ -18,15 +18,15 @@ fn place(text: &str) -> (usize, usize) {
 #[test]
 fn all_corner_forms_give_the_same_indices() {
     let mesh = read(TETRAHEDRON).expect("sound");
-    assert_eq!(mesh.triangles, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]);
-    assert_eq!(mesh.positions_m[1], Vec3::new(0.01, 0.0, 0.0));
-    assert_eq!(mesh.positions_m.len(), 4);
+    assert_eq!(mesh.faces, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]);
+    assert_eq!(mesh.vertices_m[1], Vec3::new(0.01, 0.0, 0.0));
+    assert_eq!(mesh.vertices_m.len(), 4);
 }
 
 #[test]
 fn a_polygon_is_fanned() {
     let mesh = read("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0.5 2 0\nv 0 1 0\nf 1 2 3 4 5\n").expect("sound");
-    assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
+    assert_eq!(mesh.faces, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn limits_hold() {
 fn cut_at_every_byte_never_panics() {
     for end in 0..=TETRAHEDRON.len() {
         match read_obj(&TETRAHEDRON.as_bytes()[..end], "m.obj", 0.01, ObjLimits::default()) {
-            Ok(mesh) => assert!(mesh.triangles.iter().flatten().all(|&i| (i as usize) < mesh.positions_m.len())),
+            Ok(mesh) => assert!(mesh.faces.iter().flatten().all(|&i| (i as usize) < mesh.vertices_m.len())),
             Err(error) => assert!(error.line >= 1 && error.column >= 1),
         }
     }
@@ -82,7 +82,7 @@ fn the_real_liver_is_read() {
         return;
     };
     let mesh = read_obj(&bytes, "liver-smooth.obj", 0.01, ObjLimits::default()).expect("sound");
-    assert_eq!((mesh.positions_m.len(), mesh.triangles.len()), (2194, 4384));
+    assert_eq!((mesh.vertices_m.len(), mesh.faces.len()), (2194, 4384));
 }
 
 proptest! {
@@ -96,7 +96,7 @@ proptest! {
         lines in prop::collection::vec("(v|f|vn|g) [-0-9./ einfa]{0,16}", 0..30)
     ) {
         if let Ok(mesh) = read(&lines.join("\n")) {
-            prop_assert!(mesh.triangles.iter().flatten().all(|&i| (i as usize) < mesh.positions_m.len()));
+            prop_assert!(mesh.faces.iter().flatten().all(|&i| (i as usize) < mesh.vertices_m.len()));
         }
     }
 }
