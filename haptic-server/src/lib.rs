@@ -2,13 +2,16 @@
 
 pub mod clean;
 pub mod cli;
+pub mod convert;
 pub mod device;
 pub mod error;
 pub mod exit;
 pub mod hand;
+pub mod inspect;
 pub mod lockstep;
 pub mod logging;
 pub mod realtime;
+pub mod record;
 pub mod report;
 pub mod rig;
 pub mod scene_file;

@@ -42,6 +42,14 @@ pub enum HandFileFault {
         /// What to do.
         remedy: &'static str,
     },
+    /// A trace that cannot be used.
+    #[error("{path}: {what}")]
+    BadTrace {
+        /// The file.
+        path: String,
+        /// What is wrong, at which byte, and the remedy.
+        what: String,
+    },
 }
 
 impl HandFileFault {
@@ -50,7 +58,7 @@ impl HandFileFault {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::NotFound { .. } | Self::Unreadable { .. } => 66,
-            Self::TooLarge { .. } | Self::BadData { .. } => 65,
+            Self::TooLarge { .. } | Self::BadData { .. } | Self::BadTrace { .. } => 65,
         }
     }
 

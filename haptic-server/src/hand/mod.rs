@@ -19,6 +19,7 @@ pub mod resample;
 pub mod synthetic;
 #[cfg(test)]
 mod synthetic_tests;
+pub mod trace;
 
 pub use file_fault::HandFileFault;
 

@@ -1,0 +1,244 @@
+//! `haptic-server inspect FILE [--json]`: what a recording holds.
+//!
+//! For a trace: topics with counts and spans, metadata, the last ledger, and whether it is whole or where it
+//! was cut or damaged. For a hand recording as CSV: layout, samples, duration, grips. The whole file is read, so that
+//! every message is known to be sound. Absent: scene files and meshes, which `scene check` looks at.
+
+use crate::convert::{end_fault, starts_as_mcap};
+use crate::error::ServerError;
+use crate::hand::csv::{self, HandFileKind, HandSide};
+use protocol::trace::{TraceEnd, TraceError, TraceItem, TraceReader};
+use serde_json::{Value, json};
+use std::fmt::Write;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+const NS_PER_S: f64 = 1e9;
+
+/// Form of the answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// For people.
+    Text,
+    /// One JSON document.
+    Json,
+}
+
+/// What was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inspected {
+    /// For stdout.
+    pub text: String,
+    /// What is wrong with the file, besides what the text says.
+    pub fault: Option<ServerError>,
+}
+
+/// Looks at a recording.
+///
+/// # Errors
+/// 65 for a file that is no recording, 66 for one that cannot be read.
+pub fn run(file: &Path, form: Form) -> Result<Inspected, ServerError> {
+    let (found, fault) = if starts_as_mcap(file)? { inspect_trace(file)? } else { (inspect_csv(file)?, None) };
+    let text = match form {
+        Form::Json => format!("{found:#}\n"),
+        Form::Text => readable(&found),
+    };
+    Ok(Inspected { text, fault })
+}
+
+fn inspect_csv(file: &Path) -> Result<Value, ServerError> {
+    if let Some(extension @ ("toml" | "obj")) = file.extension().and_then(|e| e.to_str()) {
+        let what = format!("{}: this is no recording (.{extension}); use `haptic-server scene check`", file.display());
+        return Err(ServerError::BadData(what));
+    }
+    let hand = csv::read_path(file, HandSide::default())?;
+    let layout = match hand.kind {
+        HandFileKind::Scene => "scene",
+        HandFileKind::Jigsaws => "jigsaws",
+        HandFileKind::Touch => "touch",
+    };
+    Ok(json!({
+        "file": file.display().to_string(),
+        "kind": "hand",
+        "layout": layout,
+        "samples": hand.recording.times_s.len(),
+        "duration_s": hand.recording.duration_s(),
+        "grips": hand.recording.grips().count(),
+    }))
+}
+
+fn inspect_trace(file: &Path) -> Result<(Value, Option<ServerError>), ServerError> {
+    let name = file.display();
+    let source = File::open(file).map_err(|e| ServerError::reading(file, &e))?;
+    let fault = |e: &TraceError| match e {
+        TraceError::Read { .. } => ServerError::NoInput(format!("{name}: {e}")),
+        _ => ServerError::BadData(format!("{name}: {e}")),
+    };
+    let mut reader = TraceReader::open(BufReader::new(source)).map_err(|e| fault(&e))?;
+    let (mut unusable, mut first_unusable) = (0_u64, None);
+    let (mut stitches, mut er_max) = (None, None);
+    loop {
+        match reader.next_item() {
+            Ok(None) => break,
+            Ok(Some((_, TraceItem::WoundReport(report)))) => {
+                stitches = Some(report.row_count);
+                er_max = Some(report.er_max);
+            }
+            Ok(Some(_)) => {}
+            Err(error @ TraceError::Message { .. }) => {
+                unusable += 1;
+                first_unusable.get_or_insert_with(|| fault(&error));
+            }
+            Err(error) => return Err(fault(&error)),
+        }
+    }
+    let used = || reader.channels().filter(|c| c.messages > 0);
+    let start_ns = used().map(|c| c.first_ns).min().unwrap_or(0);
+    let end_ns = used().map(|c| c.last_ns).max().unwrap_or(start_ns);
+    let since_start = |ns: u64| ns.saturating_sub(start_ns) as f64 / NS_PER_S;
+    let channels: Vec<Value> = reader
+        .channels()
+        .map(|c| {
+            let (first_s, last_s) = (since_start(c.first_ns), since_start(c.last_ns));
+            json!({
+                "topic": c.topic, "encoding": c.encoding, "messages": c.messages, "first_s": first_s, "last_s": last_s,
+            })
+        })
+        .collect();
+    let end = match reader.end() {
+        TraceEnd::Complete | TraceEnd::Reading => json!({"state": "complete"}),
+        TraceEnd::Cut { byte } => json!({"state": "cut", "byte": byte}),
+        TraceEnd::Damaged { byte, reason } => json!({"state": "damaged", "byte": byte, "reason": reason}),
+    };
+    let found = json!({
+        "file": name.to_string(),
+        "kind": "trace",
+        "end": end,
+        "duration_s": since_start(end_ns),
+        "messages": reader.channels().map(|c| c.messages).sum::<u64>(),
+        "unusable": unusable,
+        "stitches": stitches,
+        "er_max": er_max,
+        "channels": channels,
+        "metadata": reader.metadata(),
+    });
+    Ok((found, end_fault(file, reader.end()).or(first_unusable)))
+}
+
+/// The same for people.
+fn readable(found: &Value) -> String {
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let _ = writeln!(text, "{}", plain(&found["file"]));
+    for (key, value) in found.as_object().into_iter().flatten() {
+        match key.as_str() {
+            "file" | "channels" | "metadata" | "end" => {}
+            _ if value.is_null() => {}
+            _ => drop(writeln!(text, "  {key}: {}", plain(value))),
+        }
+    }
+    match &found["end"] {
+        Value::Null => {}
+        end if end["byte"].is_null() => text.push_str("  whole\n"),
+        end => drop(writeln!(text, "  {} at byte {}", plain(&end["state"]), end["byte"])),
+    }
+    for channel in found["channels"].as_array().into_iter().flatten() {
+        let [topic, messages] = ["topic", "messages"].map(|key| plain(&channel[key]));
+        let [first, last] = ["first_s", "last_s"].map(|key| channel[key].as_f64().unwrap_or(0.0));
+        let _ = writeln!(text, "  {topic:<18}{messages:>9} messages  {first:>10.3} to {last:.3} s");
+    }
+    for (group, values) in found["metadata"].as_object().into_iter().flatten() {
+        for (key, value) in values.as_object().into_iter().flatten() {
+            let _ = writeln!(text, "  {group}: {key} = {}", plain(value));
+        }
+    }
+    text
+}
+
+fn plain(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exit;
+    use protocol::servo_state::ServoState;
+    use protocol::trace::{Metadata, TraceWriter};
+    use protocol::wire::{Field, Message};
+    use protocol::wound_report::WoundReport;
+    use std::fs;
+
+    fn small_trace() -> Vec<u8> {
+        let metadata = Metadata::from([("scene".to_owned(), [("kind".to_owned(), "skin".to_owned())].into())]);
+        let mut writer = TraceWriter::create(Vec::new(), &metadata).unwrap();
+        for tick in 1..=1500 {
+            let mut state = ServoState { ticks: tick, ..ServoState::EMPTY };
+            state.stamp(tick, 7_000_000_000 + tick * 1_000_000);
+            writer.servo_state(&state).unwrap();
+        }
+        let mut report = WoundReport { row_count: 3, er_max: 0.08, ..WoundReport::EMPTY };
+        report.stamp(1, 8_000_000_000);
+        writer.wound_report(&report).unwrap();
+        writer.finish().unwrap()
+    }
+
+    #[test]
+    fn a_whole_trace_is_told_in_json_and_in_words() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("t.mcap");
+        fs::write(&file, small_trace()).unwrap();
+        let answer = run(&file, Form::Json).unwrap();
+        assert_eq!(answer.fault, None);
+        let found: Value = serde_json::from_str(&answer.text).unwrap();
+        assert_eq!(found["end"]["state"], "complete");
+        assert_eq!(found["messages"], 1501);
+        assert_eq!(found["duration_s"], 1.499);
+        assert_eq!((&found["stitches"], &found["er_max"]), (&json!(3), &json!(0.08)));
+        assert_eq!(found["metadata"]["scene"]["kind"], "skin");
+        let servo = found["channels"].as_array().unwrap().iter().find(|c| c["topic"] == "/servo_state").unwrap();
+        assert_eq!((&servo["messages"], &servo["last_s"]), (&json!(1500), &json!(1.499)));
+        let words = run(&file, Form::Text).unwrap().text;
+        assert!(words.contains("whole") && words.contains("/servo_state") && words.contains("kind = skin"), "{words}");
+    }
+
+    #[test]
+    fn cut_and_damaged_traces_are_told_with_their_place_and_end_with_65() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("t.mcap");
+        let whole = small_trace();
+        fs::write(&file, &whole[..whole.len() / 2]).unwrap();
+        let cut = run(&file, Form::Json).unwrap();
+        let found: Value = serde_json::from_str(&cut.text).unwrap();
+        assert_eq!(found["end"]["state"], "cut");
+        assert!(found["end"]["byte"].as_u64().unwrap() <= whole.len() as u64 / 2);
+        assert_eq!(cut.fault.unwrap().exit_code(), exit::BAD_DATA);
+
+        let mut damaged = whole.clone();
+        let middle = damaged.len() / 2;
+        damaged[middle] ^= 0x55;
+        fs::write(&file, damaged).unwrap();
+        let answer = run(&file, Form::Text).unwrap();
+        assert!(answer.text.contains("damaged at byte"), "{}", answer.text);
+        assert!(answer.fault.unwrap().to_string().contains("byte"));
+    }
+
+    #[test]
+    fn other_files_are_told_or_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| {
+            let file = dir.path().join(name);
+            fs::write(&file, text).unwrap();
+            file
+        };
+        let hand = write("h.csv", "TIME_S,X_M,Y_M,Z_M,BUTTONS\n0,0,0,0,0\n2.5,0,0,0,1\n");
+        let found: Value = serde_json::from_str(&run(&hand, Form::Json).unwrap().text).unwrap();
+        assert_eq!((&found["samples"], &found["duration_s"], &found["grips"]), (&json!(2), &json!(2.5), &json!(1)));
+        for (name, text) in [("s.toml", "kind = 1"), ("e.mcap", ""), ("x.bin", "\u{1}\u{2}")] {
+            let error = run(&write(name, text), Form::Text).unwrap_err();
+            assert_eq!(error.exit_code(), exit::BAD_DATA, "{name}: {error}");
+        }
+        assert_eq!(run(Path::new("absent.mcap"), Form::Text).unwrap_err().exit_code(), exit::NO_INPUT);
+    }
+}
