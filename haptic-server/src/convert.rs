@@ -7,7 +7,7 @@
 
 use crate::error::ServerError;
 use crate::hand::csv::{self, HandFile, HandFileKind, HandSide};
-use crate::hand::{HandFileFault, trace};
+use crate::hand::trace;
 use crate::record::{origin, writing};
 use protocol::trace::TraceEnd;
 use std::fs::File;
@@ -21,15 +21,6 @@ pub struct Converted {
     pub text: String,
     /// Where the input ended too early; the output holds what stands before.
     pub fault: Option<ServerError>,
-}
-
-impl From<HandFileFault> for ServerError {
-    fn from(fault: HandFileFault) -> Self {
-        match fault.exit_code() {
-            crate::exit::NO_INPUT => Self::NoInput(fault.to_string()),
-            _ => Self::BadData(fault.to_string()),
-        }
-    }
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]

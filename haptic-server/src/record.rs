@@ -46,6 +46,14 @@ pub struct RecordOutcome {
     pub stopped: Option<String>,
 }
 
+/// What became of one message.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Written {
+    Whole,
+    Refused,
+    NotAnyMore,
+}
+
 /// A trace that is being written, from any thread's point of view independent of ports and clock.
 pub struct Recording<W: Write> {
     writer: Option<TraceWriter<W>>,
@@ -65,12 +73,14 @@ impl<W: Write> Recording<W> {
 
     /// Records a tick, and the stylus when it is due.
     pub fn tick(&mut self, state: &ServoState) {
-        self.write(|writer| writer.servo_state(state));
-        if self.writer.is_none() {
-            self.outcome.lost_ticks += 1;
-            return;
+        match self.write(|writer| writer.servo_state(state)) {
+            Written::Whole => self.outcome.ticks += 1,
+            Written::Refused => {}
+            Written::NotAnyMore => {
+                self.outcome.lost_ticks += 1;
+                return;
+            }
         }
-        self.outcome.ticks += 1;
         let device = &state.devices[0];
         if device.present != 0 && (state.ticks.is_multiple_of(TICKS_PER_POSE) || device.buttons != self.last_buttons) {
             self.last_buttons = device.buttons;
@@ -109,11 +119,18 @@ impl<W: Write> Recording<W> {
         self.outcome
     }
 
-    fn write(&mut self, message: impl FnOnce(&mut TraceWriter<W>) -> Result<(), TraceError>) {
+    fn write(&mut self, message: impl FnOnce(&mut TraceWriter<W>) -> Result<(), TraceError>) -> Written {
         match self.writer.as_mut().map(message) {
-            None | Some(Ok(())) => {}
-            Some(Err(TraceError::Unusable { .. })) => self.outcome.refused += 1,
-            Some(Err(error)) => self.stop(&error),
+            Some(Ok(())) => Written::Whole,
+            Some(Err(TraceError::Unusable { .. })) => {
+                self.outcome.refused += 1;
+                Written::Refused
+            }
+            Some(Err(error)) => {
+                self.stop(&error);
+                Written::NotAnyMore
+            }
+            None => Written::NotAnyMore,
         }
     }
 

@@ -98,7 +98,7 @@ fn a_tick_that_no_reader_would_accept_is_left_out() {
     let mut recording = Recording::create(&mut disk, &Metadata::new()).unwrap();
     recording.tick(&ServoState { energy_to_hand_j: f64::NAN, ..state(1) });
     recording.tick(&state(2));
-    assert_eq!(recording.finish().refused, 1);
+    assert_eq!(recording.finish(), RecordOutcome { ticks: 1, refused: 1, ..RecordOutcome::default() });
     assert_eq!(items(&disk.bytes).0.len(), 1);
 }
 
