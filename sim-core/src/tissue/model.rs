@@ -186,13 +186,14 @@ impl Blueprint<'_> {
     }
 }
 
+/// A node lies on the side of its surface vertex, whatever way its layer leans.
 fn node_sides(layers: &LayeredSurface, cut: &Cut) -> Vec<i8> {
+    let lateral: Vec<f64> = layers.position_m[..layers.start[1] as usize].iter().map(|p| p.x).collect();
+    let surface = cut.sides(&lateral);
     let mut sides = Vec::with_capacity(layers.position_m.len());
-    for range in layers.start.windows(2) {
-        let lateral: Vec<f64> = layers.position_m[range[0] as usize..range[1] as usize].iter().map(|p| p.x).collect();
-        let mut layer = cut.sides(&lateral);
-        if lateral.len() < layer.len() {
-            layer.truncate(lateral.len());
+    for count in layers.start.windows(2).map(|w| (w[1] - w[0]) as usize) {
+        let mut layer = surface[..count].to_vec();
+        if count < surface.len() {
             cut.path.iter().for_each(|v| layer[*v as usize] = 0);
         }
         sides.append(&mut layer);
