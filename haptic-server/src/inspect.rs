@@ -4,6 +4,7 @@
 //! was cut or damaged. For a hand recording as CSV: layout, samples, duration, grips. The whole file is read, so that
 //! every message is known to be sound. Absent: scene files and meshes, which `scene check` looks at.
 
+use crate::cli::Format;
 use crate::convert::{end_fault, starts_as_mcap};
 use crate::error::ServerError;
 use crate::hand::csv::{self, HandFileKind, HandSide};
@@ -15,15 +16,6 @@ use std::io::BufReader;
 use std::path::Path;
 
 const NS_PER_S: f64 = 1e9;
-
-/// Form of the answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
-    /// For people.
-    Text,
-    /// One JSON document.
-    Json,
-}
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,11 +30,11 @@ pub struct Inspected {
 ///
 /// # Errors
 /// 65 for a file that is no recording, 66 for one that cannot be read.
-pub fn run(file: &Path, form: Form) -> Result<Inspected, ServerError> {
+pub fn run(file: &Path, format: Format) -> Result<Inspected, ServerError> {
     let (found, fault) = if starts_as_mcap(file)? { inspect_trace(file)? } else { (inspect_csv(file)?, None) };
-    let text = match form {
-        Form::Json => format!("{found:#}\n"),
-        Form::Text => readable(&found),
+    let text = match format {
+        Format::Json => format!("{found:#}\n"),
+        Format::Text => readable(&found),
     };
     Ok(Inspected { text, fault })
 }
@@ -189,7 +181,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("t.mcap");
         fs::write(&file, small_trace()).unwrap();
-        let answer = run(&file, Form::Json).unwrap();
+        let answer = run(&file, Format::Json).unwrap();
         assert_eq!(answer.fault, None);
         let found: Value = serde_json::from_str(&answer.text).unwrap();
         assert_eq!(found["end"]["state"], "complete");
@@ -199,7 +191,7 @@ mod tests {
         assert_eq!(found["metadata"]["scene"]["kind"], "skin");
         let servo = found["channels"].as_array().unwrap().iter().find(|c| c["topic"] == "/servo_state").unwrap();
         assert_eq!((&servo["messages"], &servo["last_s"]), (&json!(1500), &json!(1.499)));
-        let words = run(&file, Form::Text).unwrap().text;
+        let words = run(&file, Format::Text).unwrap().text;
         assert!(words.contains("whole") && words.contains("/servo_state") && words.contains("kind = skin"), "{words}");
     }
 
@@ -209,7 +201,7 @@ mod tests {
         let file = dir.path().join("t.mcap");
         let whole = small_trace();
         fs::write(&file, &whole[..whole.len() / 2]).unwrap();
-        let cut = run(&file, Form::Json).unwrap();
+        let cut = run(&file, Format::Json).unwrap();
         let found: Value = serde_json::from_str(&cut.text).unwrap();
         assert_eq!(found["end"]["state"], "cut");
         assert!(found["end"]["byte"].as_u64().unwrap() <= whole.len() as u64 / 2);
@@ -219,7 +211,7 @@ mod tests {
         let middle = damaged.len() / 2;
         damaged[middle] ^= 0x55;
         fs::write(&file, damaged).unwrap();
-        let answer = run(&file, Form::Text).unwrap();
+        let answer = run(&file, Format::Text).unwrap();
         assert!(answer.text.contains("damaged at byte"), "{}", answer.text);
         assert!(answer.fault.unwrap().to_string().contains("byte"));
     }
@@ -233,12 +225,12 @@ mod tests {
             file
         };
         let hand = write("h.csv", "TIME_S,X_M,Y_M,Z_M,BUTTONS\n0,0,0,0,0\n2.5,0,0,0,1\n");
-        let found: Value = serde_json::from_str(&run(&hand, Form::Json).unwrap().text).unwrap();
+        let found: Value = serde_json::from_str(&run(&hand, Format::Json).unwrap().text).unwrap();
         assert_eq!((&found["samples"], &found["duration_s"], &found["grips"]), (&json!(2), &json!(2.5), &json!(1)));
         for (name, text) in [("s.toml", "kind = 1"), ("e.mcap", ""), ("x.bin", "\u{1}\u{2}")] {
-            let error = run(&write(name, text), Form::Text).unwrap_err();
+            let error = run(&write(name, text), Format::Text).unwrap_err();
             assert_eq!(error.exit_code(), exit::BAD_DATA, "{name}: {error}");
         }
-        assert_eq!(run(Path::new("absent.mcap"), Form::Text).unwrap_err().exit_code(), exit::NO_INPUT);
+        assert_eq!(run(Path::new("absent.mcap"), Format::Text).unwrap_err().exit_code(), exit::NO_INPUT);
     }
 }

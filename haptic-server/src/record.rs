@@ -16,6 +16,7 @@ use protocol::run::RunDir;
 use protocol::servo_state::ServoState;
 use protocol::trace::{HandPose, Metadata, TraceError, TraceWriter};
 use protocol::wound_report::WoundReport;
+use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -34,7 +35,7 @@ const JOIN_PAUSE: Duration = Duration::from_secs(1);
 const TICKS_PER_POSE: u64 = 10;
 
 /// What became of a recording.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RecordOutcome {
     /// Ticks handed to the file; if recording stopped, the last of them (one chunk) did not reach the disk.
     pub ticks: u64,

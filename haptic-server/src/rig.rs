@@ -6,6 +6,7 @@
 //! run time a recording repeats until the end; without, the run ends with it.
 
 use crate::cli::choice::{DeviceChoice, HandChoice, HandSide};
+use crate::convert;
 use crate::device::frame::SceneFromDevice;
 use crate::device::replay::ReplayDevice;
 use crate::device::simulated::{SimulatedDevice, SimulatedDeviceParams};
@@ -126,7 +127,10 @@ impl Recorded {
             HandSide::Left => csv::HandSide::Left,
             HandSide::Right => csv::HandSide::Right,
         };
-        let file = csv::read_path(path, side)?;
+        let (file, end) = convert::read_hand(path, side)?;
+        if let Some(fault) = convert::end_fault(path, &end) {
+            tracing::warn!("{fault}");
+        }
         let wound = WoundPlace {
             centre_m: Vec3::zeros(),
             along: Vec3::y(),

@@ -7,6 +7,7 @@
 use crate::cli::choice::{DeviceChoice, HandChoice, HandSide};
 use crate::servo::params::ServoConfig;
 use crate::summary::RunSummary;
+use protocol::trace::Metadata;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -39,6 +40,8 @@ pub struct ServoSpec {
     pub no_rt: NoRtPolicy,
     /// File to record to.
     pub record: Option<PathBuf>,
+    /// What a recording says about its origin.
+    pub origin: Metadata,
 }
 
 impl ServoSpec {
@@ -166,6 +169,7 @@ mod tests {
             servo: ServoConfig::default(),
             no_rt: NoRtPolicy::Refuse,
             record: None,
+            origin: Metadata::new(),
         }));
         let line = to_line(&start).expect("representable");
         assert_eq!(line.matches('\n').count(), 1);

@@ -4,6 +4,7 @@
 //! names are those keys. Nanosecond percentiles come from fixed-size histograms. Deliberately absent: how the
 //! numbers were measured (see `servo::stats` and the solver's report).
 
+use crate::record::RecordOutcome;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -84,6 +85,8 @@ pub struct RunSummary {
     pub degraded_reasons: Vec<String>,
     /// Simulated seconds per second of wall time; not in files that must come out equal on repetition.
     pub realtime_factor: Option<f64>,
+    /// What became of the recording, if one was asked for.
+    pub recording: Option<RecordOutcome>,
     /// Version of the binary.
     pub version: String,
 }
@@ -176,6 +179,13 @@ impl fmt::Display for RunSummary {
             "solver           {} steps, {} restarts, {}, S = {:.4}",
             self.solver_steps, self.solver_restarts, self.integrator, self.stability_number
         )?;
+        if let Some(recording) = &self.recording {
+            write!(f, "recording        {} ticks, {} lost", recording.ticks, recording.lost_ticks)?;
+            match &recording.stopped {
+                Some(reason) => writeln!(f, "; stopped: {reason}")?,
+                None => writeln!(f)?,
+            }
+        }
         for fault in &self.faults {
             writeln!(f, "fault            {fault}")?;
         }

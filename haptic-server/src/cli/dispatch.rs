@@ -7,7 +7,7 @@ use super::{Command, SceneCommand, ServerCli, SolverCli, files, lockstep, parse}
 use crate::error::ServerError;
 use crate::exit;
 use crate::summary::RunSummary;
-use crate::{clean, logging, servo_process, session, solver_process, supervisor};
+use crate::{clean, convert, inspect, logging, servo_process, session, solver_process, supervisor};
 use clap::CommandFactory;
 use std::io::Write;
 use std::process::ExitCode;
@@ -62,8 +62,15 @@ fn execute(command: Command) -> Result<(), ServerError> {
             print(&String::from_utf8_lossy(&script))
         }
         Command::Session { action } => session::send(action),
-        Command::Convert { .. } | Command::Inspect { .. } => {
-            Err(ServerError::Unavailable("this command is not in this build".to_owned()))
+        Command::Convert { input, output } => {
+            let converted = convert::run(&input, &output)?;
+            print(&converted.text)?;
+            converted.fault.map_or(Ok(()), Err)
+        }
+        Command::Inspect { file, json } => {
+            let inspected = inspect::run(&file, json.into())?;
+            print(&inspected.text)?;
+            inspected.fault.map_or(Ok(()), Err)
         }
     }
 }

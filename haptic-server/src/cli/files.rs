@@ -1,25 +1,11 @@
 //! `scene check`: what a file holds, or why it cannot be used.
 
+use super::Format;
 use crate::error::ServerError;
 use crate::scene_file;
 use serde_json::json;
 use sim_core::scene::config::TissueConfig;
 use std::path::Path;
-
-/// How a result is written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Format {
-    /// For a person.
-    Text,
-    /// One JSON document.
-    Json,
-}
-
-impl From<bool> for Format {
-    fn from(json: bool) -> Self {
-        if json { Self::Json } else { Self::Text }
-    }
-}
 
 /// Loads a scene file with its mesh and says what would be simulated.
 pub(super) fn scene_check(file: &Path, format: Format) -> Result<String, ServerError> {

@@ -17,6 +17,21 @@ use std::path::PathBuf;
 /// Longest run that is accepted, seconds: a year.
 const LONGEST_RUN_S: f64 = 366.0 * 86_400.0;
 
+/// How a result is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// For a person.
+    Text,
+    /// One JSON document.
+    Json,
+}
+
+impl From<bool> for Format {
+    fn from(json: bool) -> Self {
+        if json { Self::Json } else { Self::Text }
+    }
+}
+
 /// Real-time haptic suture-surgery server.
 #[derive(Debug, Parser)]
 #[command(name = "haptic-server", version, about, arg_required_else_help = true)]

@@ -17,10 +17,12 @@ mod room;
 
 use crate::error::ServerError;
 use crate::realtime::RightsPolicy;
+use crate::record::Recorder;
 use crate::rig::{self, Rig, RigChoice};
 use crate::servo::params::ServoParams;
 use crate::servo_link::{FromServo, NoRtPolicy, ServoSpec, ToServo};
 use crate::servo_setup::{Recording, ServoLinks};
+use crate::summary::RunSummary;
 use crate::supervisor::signals::stop_flag;
 use crate::telemetry;
 use bridge::Delivery;
@@ -30,7 +32,7 @@ use protocol::ports::PortError;
 use protocol::run::RunDir;
 use room::LoopEnd;
 use rustix::event::Timespec;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
@@ -64,9 +66,12 @@ pub fn run() -> Result<(), ServerError> {
     let name = device.name().to_owned();
     let params =
         ServoParams::new(&spec.servo, &device.limits()).map_err(|e| ServerError::Configuration(e.to_string()))?;
-    let links = Arc::new(ServoLinks::new(params.period_ns(), Recording::None));
+    let recording = if spec.record.is_some() { Recording::EveryTick } else { Recording::None };
+    let links = Arc::new(ServoLinks::new(params.period_ns(), recording));
     let delivery =
         Arc::new(Delivery { links: links.clone(), reports: ArrayQueue::new(1), stop: AtomicBool::new(false) });
+    let start_recorder = |path: &PathBuf| Recorder::start(path, &spec.origin, run.clone(), links.clone());
+    let recorder = spec.record.as_ref().map(start_recorder).transpose()?;
     let bridge = spawn_bridge(&run, &delivery)?;
     let servo = spawn_servo(&run, device, params, &links, policy(&spec))?;
     let mut watch = Watch { links: &links, stop: &stop, spec: &spec, ends_after_s, ready: None };
@@ -74,9 +79,13 @@ pub fn run() -> Result<(), ServerError> {
     let end = joined(servo, "servo")??;
     delivery.stop.store(true, Ordering::Relaxed);
     joined(bridge, "bridge")??;
+    let recorded = recorder.map(Recorder::finish).transpose()?;
     let wound = delivery.reports.pop();
     let facts = report::Facts { device: name, hand: spec.hand_label(), registration };
-    ControlLine::report(&FromServo::Summary(Box::new(report::summary(facts, &end, wound.as_ref()))));
+    ControlLine::report(&FromServo::Summary(Box::new(RunSummary {
+        recording: recorded,
+        ..report::summary(facts, &end, wound.as_ref())
+    })));
     Ok(())
 }
 

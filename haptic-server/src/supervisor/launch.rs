@@ -7,11 +7,14 @@ use super::child::{ChildProcess, beside_this_program};
 use crate::cli::choice::{DeviceChoice, SceneChoice};
 use crate::cli::{RunArgs, SceneArgs};
 use crate::error::ServerError;
+use crate::record::origin;
 use crate::scene_file;
 use crate::servo::params::ServoConfig;
 use crate::servo_link::{NoRtPolicy, RunLength, ServoSpec, ToServo, to_line};
 use clap::ValueEnum;
 use protocol::run::RunDir;
+use protocol::trace::Metadata;
+use sim_core::scene::procedure::SceneSource;
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::PathBuf;
@@ -47,8 +50,31 @@ pub(super) fn plan(args: &RunArgs) -> Result<Plan, ServerError> {
         servo: args.servo.as_deref().map_or_else(|| Ok(ServoConfig::default()), scene_file::servo_config)?,
         no_rt: if real_device && !args.allow_no_rt { NoRtPolicy::Refuse } else { NoRtPolicy::Degrade },
         record: args.record.clone(),
+        origin: Metadata::new(),
     };
+    let origin = if args.record.is_some() { origin_of(&servo, args, &scenes)? } else { Metadata::new() };
+    let servo = ServoSpec { origin, ..servo };
     Ok(Plan { servo, scene })
+}
+
+/// What a recording says about this run.
+fn origin_of(servo: &ServoSpec, args: &RunArgs, scenes: &[SceneSource]) -> Result<Metadata, ServerError> {
+    let failed = |e| ServerError::Internal(format!("cannot write the parameters into the recording: {e}"));
+    let mut metadata = origin::origin();
+    let run = [
+        ("scene", servo.scene.clone()),
+        ("device", args.device.to_string()),
+        ("hand", args.hand.hand.to_string()),
+        ("scenes", scenes.len().to_string()),
+    ];
+    metadata.insert("scene".to_owned(), run.map(|(key, value)| (key.to_owned(), value)).into());
+    metadata.insert("servo".to_owned(), origin::group(&servo.servo).map_err(failed)?);
+    for (i, scene) in scenes.iter().enumerate() {
+        metadata.insert(format!("parameters.{i}"), origin::group(&scene.config).map_err(failed)?);
+    }
+    // Nothing in a run draws random numbers but the run directory's name.
+    metadata.insert("seeds".to_owned(), [("random_numbers".to_owned(), "none".to_owned())].into());
+    Ok(metadata)
 }
 
 /// Starts the servo process and sends it its specification.
