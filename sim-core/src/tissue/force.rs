@@ -43,16 +43,11 @@ fn row_force(edges: &HalfEdges, node: usize, position_m: &[Vec3]) -> (Vec3, u32)
         let d = j.map(|j| position_m[j as usize] - x);
         let squared = d.map(|d| d.norm_squared());
         let length = squared.map(f64::sqrt);
-        for lane in 0..LANES {
-            coincident += u32::from(length[lane] < COINCIDENT_M);
-        }
+        coincident += length.iter().filter(|l| **l < COINCIDENT_M).count() as u32;
         let floored = length.map(|l| l.max(COINCIDENT_M));
-        let mut scale = [0.0; LANES];
-        for lane in 0..LANES {
-            scale[lane] = k[lane] - k[lane] * rest[lane] / floored[lane];
-        }
-        for lane in 0..LANES {
-            sum += d[lane] * scale[lane];
+        let scale: [f64; LANES] = std::array::from_fn(|lane| k[lane] - k[lane] * rest[lane] / floored[lane]);
+        for (d, scale) in d.iter().zip(scale) {
+            sum += d * scale;
         }
     }
     for ((&j, &k), &rest) in tail_j.iter().zip(tail_k).zip(tail_rest) {

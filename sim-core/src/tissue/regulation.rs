@@ -147,9 +147,9 @@ impl Attachments {
         self.mode
     }
 
-    /// Switches one attachment; an index that does not exist changes nothing.
+    /// Switches one attachment and lets its links go; an index that does not exist changes nothing.
     pub fn engage(&mut self, attachment: usize, engagement: Engagement) {
-        if let Some(slot) = self.engaged.get_mut(attachment) {
+        if let Some(slot) = self.engaged.get_mut(attachment).filter(|slot| **slot != engagement) {
             *slot = engagement;
             self.table.release(attachment);
         }

@@ -4,7 +4,7 @@
 //! `y = x + (x − x_last) r/(r + 3)`, `x_next = y + F(y)/(2 Σ_j k_ij)`, which is stable because `λ ≤ 2 Σ k`;
 //! `r` counts from 0 again whenever the force points back against the motion. Ends when no free node
 //! feels more than the tolerance. Deterministic, with no clock. Deliberately absent: attachments,
-//! stitches and handles; kinetic damping, which took a hundred times the iterations on a hanging chain.
+//! stitches and handles; kinetic damping, which left 3 µN on a hanging chain of 12 links after 20 000 steps.
 
 use crate::finite::is_finite;
 use crate::tissue::force::gather;
@@ -23,9 +23,9 @@ pub struct SettleParams {
 }
 
 impl Default for SettleParams {
-    /// 1 µN per node: a hundredth of the force that one 160 N/m spring gives at 0.6 µm.
+    /// 10 nN per node: across a pre-strained sheet, some newtons per metre soft, that is a few nanometres.
     fn default() -> Self {
-        Self { tolerance_n: 1e-6, max_iterations: 20_000 }
+        Self { tolerance_n: 1e-8, max_iterations: 20_000 }
     }
 }
 

@@ -12,7 +12,7 @@ use crate::tissue::handle::{GraspError, Handle, HandleSlot, MAX_HANDLES};
 use crate::tissue::integrator::{NodeFactors, advance};
 use crate::tissue::link_solve::{Correction, StepView};
 use crate::tissue::load::Loads;
-use crate::tissue::network::{SpringFamily, SpringNetwork, TissueState};
+use crate::tissue::network::{SpringNetwork, TissueState};
 use crate::tissue::patch_set::{PatchId, PatchSet};
 use crate::tissue::port::{Port, PortSolver, PortView};
 use crate::tissue::regulation::Attachments;
@@ -85,7 +85,7 @@ impl TissueSolver {
         let state = network.rest_state();
         let stability = solver_params::assess(&network, &state.position_m, &params)?;
         let mut solver = Self {
-            spacing_m: mean_spacing_m(&network),
+            spacing_m: solver_params::mean_spacing_m(&network),
             force_n: vec![Vec3::zeros(); count],
             factors: vec![NodeFactors::default(); count],
             mobility_m_per_n: vec![0.0; count],
@@ -340,14 +340,4 @@ fn move_patches(
         }
     }
     done
-}
-
-/// Mean rest length of the structural springs, of all springs without those, or 1 m without any.
-fn mean_spacing_m(network: &SpringNetwork) -> f64 {
-    let mean = |structural_only: bool| {
-        let kept = network.springs.iter().filter(|s| !structural_only || s.family == SpringFamily::Structural);
-        let (sum, count) = kept.fold((0.0, 0_u32), |(sum, n), s| (sum + s.rest_length_m, n + 1));
-        (count > 0 && sum > 0.0).then(|| sum / f64::from(count))
-    };
-    mean(true).or_else(|| mean(false)).unwrap_or(1.0)
 }

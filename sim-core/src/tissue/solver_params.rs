@@ -6,7 +6,7 @@
 
 use crate::finite::is_finite;
 use crate::tissue::integrator::Integrator;
-use crate::tissue::network::{SpringNetwork, TissueState};
+use crate::tissue::network::{SpringFamily, SpringNetwork, TissueState};
 use crate::tissue::port::PortParams;
 use crate::tissue::stability::{
     Stability, SubstepReason, TARGET_NUMBER, Tangent, fewest_substeps, lambda_max, stability_number,
@@ -199,4 +199,14 @@ pub(crate) fn check_state(state: &TissueState, nodes: usize) -> Result<(), Solve
         return Err(SolverError::State("it holds a value that is not finite; restore an earlier state"));
     }
     Ok(())
+}
+
+/// Mean rest length of the structural springs, of all springs without those, or 1 m without any.
+pub(crate) fn mean_spacing_m(network: &SpringNetwork) -> f64 {
+    let mean = |structural_only: bool| {
+        let kept = network.springs.iter().filter(|s| !structural_only || s.family == SpringFamily::Structural);
+        let (sum, count) = kept.fold((0.0, 0_u32), |(sum, n), s| (sum + s.rest_length_m, n + 1));
+        (count > 0 && sum > 0.0).then(|| sum / f64::from(count))
+    };
+    mean(true).or_else(|| mean(false)).unwrap_or(1.0)
 }
