@@ -10,6 +10,7 @@ use crate::error::ServerError;
 use crate::servo::params::ServoConfig;
 use crate::solver::mesh_obj::{ObjLimits, read_obj};
 use serde::de::DeserializeOwned;
+use sim_core::scene::build::SceneError;
 use sim_core::scene::config::{ControlReading, SceneConfig, TissueConfig};
 use sim_core::scene::presets;
 use sim_core::scene::procedure::{Procedure, SceneSource};
@@ -49,6 +50,31 @@ pub fn chosen(args: &SceneArgs) -> Result<Vec<SceneSource>, ServerError> {
         };
     }
     Ok(scenes)
+}
+
+/// A scene that cannot be built, as an error: in a scene file the place of the key at fault is named.
+#[must_use]
+pub fn refused(args: &SceneArgs, error: &SceneError) -> ServerError {
+    match (&args.scene, args.procedure) {
+        (SceneChoice::File(path), None) => ServerError::BadData(placed(path, error)),
+        _ => ServerError::BadData(format!("{}: {error}", args.label())),
+    }
+}
+
+/// The error with file:line:column of the key that it names, if it names one.
+fn placed(path: &Path, error: &SceneError) -> String {
+    let place = match error {
+        SceneError::Value { key, .. } => read_capped(path, LARGEST_SCENE_BYTES).ok().and_then(|bytes| {
+            let name = key.rsplit('.').next().unwrap_or(key);
+            let text = String::from_utf8_lossy(&bytes).into_owned();
+            text.lines().position(|l| l.split('=').next().is_some_and(|k| k.trim() == name)).map(|line| line + 1)
+        }),
+        _ => None,
+    };
+    match place {
+        Some(line) => format!("{}:{line}:1: {error}; correct the value", path.display()),
+        None => format!("{}: {error}", path.display()),
+    }
 }
 
 /// From the first to the last suture point of a scene, metres: N stations stand at (k + ½)/N of the wound.

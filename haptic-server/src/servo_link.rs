@@ -30,7 +30,7 @@ pub struct ServoSpec {
     pub hand_side: HandSide,
     /// Whether a recorded hand repeats or ends the run.
     pub length: RunLength,
-    /// Scene or procedure, for the recording's metadata.
+    /// Scene or procedure.
     pub scene: String,
     /// From the first to the last suture point of the first scene, metres: a recorded hand is laid onto it.
     pub wound_extent_m: f64,
@@ -91,6 +91,15 @@ pub enum ToServo {
     Stop,
 }
 
+/// Where a session stands: what a solver that is started again must know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Standing {
+    /// Scene of the procedure.
+    pub scene_index: u32,
+    /// Control mode code of `wound_report`.
+    pub control: u32,
+}
+
 /// Servo process to supervisor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -101,6 +110,8 @@ pub enum FromServo {
     Heartbeat {
         /// Ticks executed so far.
         ticks: u64,
+        /// Where the session stands, once the solver has reported it.
+        standing: Option<Standing>,
     },
     /// The servo latched a fault.
     Fault {
@@ -163,13 +174,13 @@ mod tests {
             device: DeviceChoice::Replay("a b.csv".into()),
             hand: HandChoice::Synthetic,
             hand_side: HandSide::Left,
-            scene: "skin".into(),
             length: RunLength::OfTheHand,
             wound_extent_m: 0.024,
             servo: ServoConfig::default(),
             no_rt: NoRtPolicy::Refuse,
             record: None,
-            origin: Metadata::new(),
+            origin: Metadata::from([("scene".to_owned(), [("name".to_owned(), "skin".to_owned())].into())]),
+            scene: "skin".into(),
         }));
         let line = to_line(&start).expect("representable");
         assert_eq!(line.matches('\n').count(), 1);

@@ -158,10 +158,16 @@ impl fmt::Display for RunSummary {
             None => writeln!(f)?,
         }
         writeln!(f, "servo            {} ticks, {} missed, state {}", self.ticks, self.missed, self.state)?;
-        writeln!(f, "wake-up          {}", self.wake_ns)?;
-        writeln!(f, "tick             {}", self.compute_ns)?;
-        writeln!(f, "tissue port age  {}", self.port_age_ns)?;
-        writeln!(f, "sample to force  {}", self.sample_to_force_ns)?;
+        let durations = [
+            ("wake-up", &self.wake_ns),
+            ("tick", &self.compute_ns),
+            ("tissue port age", &self.port_age_ns),
+            ("sample to force", &self.sample_to_force_ns),
+        ];
+        // On a virtual clock nothing is measured.
+        for (name, percentiles) in durations.iter().filter(|d| d.1.max > 0) {
+            writeln!(f, "{name:<17}{percentiles}")?;
+        }
         writeln!(
             f,
             "force            peak {:.3} N, net energy to the hand {:+.3e} J",

@@ -1,16 +1,26 @@
-//! `scene check`: what a file holds, or why it cannot be used.
+//! `scene check`: builds the scene of a file as the solver would and says what it holds, or why it is refused.
 
-use super::Format;
+use super::choice::SceneChoice;
+use super::{Format, SceneArgs};
 use crate::error::ServerError;
 use crate::scene_file;
 use serde_json::json;
 use sim_core::scene::config::TissueConfig;
+use sim_core::scene::step::Scene;
+use sim_core::tissue::integrator::Integrator;
 use std::path::Path;
 
-/// Loads a scene file with its mesh and says what would be simulated.
+/// Loads a scene file with its mesh, builds it, and says what would be simulated.
 pub(super) fn scene_check(file: &Path, format: Format) -> Result<String, ServerError> {
-    let scene = scene_file::load(file)?;
-    let config = &scene.config;
+    let source = scene_file::load(file)?;
+    let choice = SceneArgs {
+        scene: SceneChoice::File(file.to_owned()),
+        procedure: None,
+        control: None,
+        capture_radius_mm: None,
+    };
+    let scene = Scene::new(&source.config, source.mesh.as_ref()).map_err(|e| scene_file::refused(&choice, &e))?;
+    let config = &source.config;
     let model = match config.tissue {
         TissueConfig::Utsm { .. } => "utsm",
         TissueConfig::Vosm { .. } => "vosm",
@@ -22,23 +32,31 @@ pub(super) fn scene_check(file: &Path, format: Format) -> Result<String, ServerE
         ("control", config.control.is_some()),
     ];
     let present: Vec<&str> = stages.iter().filter(|s| s.1).map(|s| s.0).collect();
-    let mesh = scene.mesh.as_ref().map(|m| (m.vertices_m.len(), m.faces.len()));
+    let network = &scene.tissue().network;
+    let (nodes, springs) = (network.node_count(), network.springs.len());
+    let stability = scene.solver().stability();
+    let integrator = match stability.integrator {
+        Integrator::SemiImplicit => "semi_implicit",
+        Integrator::PaperExplicit => "paper_explicit",
+    };
+    let pairs = scene.tissue().pairs.len();
     Ok(match format {
         Format::Json => {
-            let mesh = mesh.map(|(vertices, triangles)| json!({ "vertices": vertices, "triangles": triangles }));
-            let document = json!({ "name": config.name, "model": model, "pairs": config.suture.pairs,
-                "rate_hz": config.solver.rate_hz, "stages": present, "mesh": mesh });
+            let document = json!({
+                "name": config.name, "model": model, "nodes": nodes, "springs": springs, "pairs": pairs,
+                "rate_hz": config.solver.rate_hz, "integrator": integrator, "substeps": stability.substeps,
+                "stability_number": stability.number, "stages": present,
+            });
             format!("{document}\n")
         }
-        Format::Text => {
-            let mesh = mesh.map_or(String::new(), |(v, t)| format!(", mesh of {v} vertices and {t} triangles"));
-            format!(
-                "{}: {model}{mesh}, {} suture pairs, {} Hz, stages: {}\n",
-                config.name,
-                config.suture.pairs,
-                config.solver.rate_hz,
-                if present.is_empty() { "none".to_owned() } else { present.join(", ") }
-            )
-        }
+        Format::Text => format!(
+            "{}: {model}, {nodes} nodes, {springs} springs, {pairs} suture pairs; {} Hz, {integrator}, {} sub-steps, \
+             S = {:.4}; stages: {}\n",
+            config.name,
+            config.solver.rate_hz,
+            stability.substeps,
+            stability.number,
+            if present.is_empty() { "none".to_owned() } else { present.join(", ") }
+        ),
     })
 }

@@ -4,7 +4,9 @@
 //! servo thread, which takes ports from a wait-free cell (a queue of two with overwriting). The bridge looks
 //! every [`LOOK_PERIOD`], well below one servo period of added age on average.
 
+use crate::servo_link::Standing;
 use crate::servo_setup::ServoLinks;
+use crossbeam::atomic::AtomicCell;
 use crossbeam::queue::ArrayQueue;
 use protocol::ports::{PortError, PortNode, SessionCommandSubscriber, TissuePortSubscriber, WoundReportSubscriber};
 use protocol::run::RunDir;
@@ -29,8 +31,17 @@ pub(super) struct Delivery {
     pub(super) links: Arc<ServoLinks>,
     /// Newest report (a queue of one), for the summary.
     pub(super) reports: ArrayQueue<WoundReport>,
+    /// Where the session stands.
+    pub(super) standing: AtomicCell<Option<Standing>>,
     /// Ends the bridge.
     pub(super) stop: AtomicBool,
+}
+
+impl Delivery {
+    /// To this loop, with nothing delivered yet.
+    pub(super) fn new(links: Arc<ServoLinks>) -> Self {
+        Self { links, reports: ArrayQueue::new(1), standing: AtomicCell::new(None), stop: AtomicBool::new(false) }
+    }
 }
 
 /// Opens the subscribers in this thread and delivers until told to stop.
@@ -49,6 +60,8 @@ pub(super) fn run(run: &RunDir, delivery: &Delivery) -> Result<(), PortError> {
         looks = looks.wrapping_add(1);
         if looks.is_multiple_of(SLOW_LOOKS) {
             if let Some(report) = complaints.kept(reports.newest())? {
+                let standing = Standing { scene_index: report.scene_index, control: report.control };
+                delivery.standing.store(Some(standing));
                 delivery.reports.force_push(report);
             }
             while let Some(command) = complaints.kept(commands.next_command())? {

@@ -22,17 +22,15 @@ use crate::rig::{self, Rig, RigChoice};
 use crate::servo::params::ServoParams;
 use crate::servo_link::{FromServo, NoRtPolicy, ServoSpec, ToServo};
 use crate::servo_setup::{Recording, ServoLinks};
-use crate::summary::RunSummary;
 use crate::supervisor::signals::stop_flag;
 use crate::telemetry;
 use bridge::Delivery;
 use control::{ControlLine, Incoming};
-use crossbeam::queue::ArrayQueue;
 use protocol::ports::PortError;
 use protocol::run::RunDir;
 use room::LoopEnd;
 use rustix::event::Timespec;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
@@ -66,26 +64,22 @@ pub fn run() -> Result<(), ServerError> {
     let name = device.name().to_owned();
     let params =
         ServoParams::new(&spec.servo, &device.limits()).map_err(|e| ServerError::Configuration(e.to_string()))?;
-    let recording = if spec.record.is_some() { Recording::EveryTick } else { Recording::None };
-    let links = Arc::new(ServoLinks::new(params.period_ns(), recording));
-    let delivery =
-        Arc::new(Delivery { links: links.clone(), reports: ArrayQueue::new(1), stop: AtomicBool::new(false) });
-    let start_recorder = |path: &PathBuf| Recorder::start(path, &spec.origin, run.clone(), links.clone());
-    let recorder = spec.record.as_ref().map(start_recorder).transpose()?;
+    let ring = if spec.record.is_some() { Recording::EveryTick } else { Recording::None };
+    let links = Arc::new(ServoLinks::new(params.period_ns(), ring));
+    let recorder = spec.record.as_deref().map(|path| Recorder::start(path, &spec.origin, run.clone(), links.clone()));
+    let recorder = recorder.transpose()?;
+    let delivery = Arc::new(Delivery::new(links.clone()));
     let bridge = spawn_bridge(&run, &delivery)?;
     let servo = spawn_servo(&run, device, params, &links, policy(&spec))?;
-    let mut watch = Watch { links: &links, stop: &stop, spec: &spec, ends_after_s, ready: None };
-    watch.until_finished(&mut control, &servo)?;
+    let mut watch = Watch { links: &links, delivery: &delivery, stop: &stop, spec: &spec, ends_after_s, ready: None };
+    watch.until_finished(&mut control, &servo, &bridge)?;
     let end = joined(servo, "servo")??;
     delivery.stop.store(true, Ordering::Relaxed);
     joined(bridge, "bridge")??;
-    let recorded = recorder.map(Recorder::finish).transpose()?;
     let wound = delivery.reports.pop();
-    let facts = report::Facts { device: name, hand: spec.hand_label(), registration };
-    ControlLine::report(&FromServo::Summary(Box::new(RunSummary {
-        recording: recorded,
-        ..report::summary(facts, &end, wound.as_ref())
-    })));
+    let recording = recorder.map(Recorder::finish).transpose()?;
+    let facts = report::Facts { device: name, hand: spec.hand_label(), registration, recording };
+    ControlLine::report(&FromServo::Summary(Box::new(report::summary(facts, &end, wound.as_ref()))));
     Ok(())
 }
 
@@ -128,6 +122,7 @@ fn joined<T>(thread: JoinHandle<T>, name: &str) -> Result<T, ServerError> {
 /// What the main thread watches while the loop runs.
 struct Watch<'a> {
     links: &'a ServoLinks,
+    delivery: &'a Delivery,
     stop: &'a AtomicBool,
     spec: &'a ServoSpec,
     ends_after_s: Option<f64>,
@@ -135,7 +130,7 @@ struct Watch<'a> {
 }
 
 impl Watch<'_> {
-    fn until_finished(&mut self, control: &mut ControlLine, servo: &Loop) -> Result<(), ServerError> {
+    fn until_finished(&mut self, control: &mut ControlLine, servo: &Loop, bridge: &Bridge) -> Result<(), ServerError> {
         let mut supervised = true;
         let mut heartbeats = 0_u32;
         while !servo.is_finished() {
@@ -152,6 +147,10 @@ impl Watch<'_> {
                 std::thread::sleep(Duration::from_millis(1));
             }
             self.beat();
+            if bridge.is_finished() {
+                // Without ports there is no force: end in order; why it ended is told when it is joined.
+                self.links.order_stop();
+            }
             heartbeats = heartbeats.wrapping_add(1);
             if heartbeats.is_multiple_of(HEARTBEATS_PER_TELLING) {
                 self.tell();
@@ -181,7 +180,7 @@ impl Watch<'_> {
             }
             None => {}
             Some(since) => {
-                ControlLine::report(&FromServo::Heartbeat { ticks });
+                ControlLine::report(&FromServo::Heartbeat { ticks, standing: self.delivery.standing.load() });
                 if self.ends_after_s.is_some_and(|s| since.elapsed().as_secs_f64() >= s) {
                     self.links.order_stop();
                 }

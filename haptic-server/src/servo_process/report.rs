@@ -1,6 +1,7 @@
 //! The servo process's part of the summary: its own measurements and the solver's last report.
 
 use super::room::LoopEnd;
+use crate::record::RecordOutcome;
 use crate::summary::{Percentiles, RunSummary, integrator_name, servo_state_name};
 use protocol::wound_report::WoundReport;
 
@@ -12,6 +13,8 @@ pub(super) struct Facts {
     pub(super) hand: String,
     /// How a recording was placed.
     pub(super) registration: String,
+    /// What became of the recording.
+    pub(super) recording: Option<RecordOutcome>,
 }
 
 /// The summary, but for what only the supervisor knows.
@@ -40,6 +43,7 @@ pub(super) fn summary(facts: Facts, end: &LoopEnd, wound: Option<&WoundReport>) 
         degraded: end.rights.is_degraded(),
         degraded_reasons: end.rights.reasons(),
         realtime_factor: wound.filter(|_| duration_s > 0.0).map(|w| w.sim_time_s / duration_s),
+        recording: facts.recording,
         version: env!("CARGO_PKG_VERSION").to_owned(),
         ..RunSummary::default()
     }

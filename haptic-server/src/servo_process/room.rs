@@ -5,7 +5,7 @@
 
 use crate::device::Device;
 use crate::error::ServerError;
-use crate::realtime::{RealtimeConfig, RealtimeRights, RightsPolicy, acquire, judge};
+use crate::realtime::{REMEDY, RealtimeConfig, RealtimeRights, RightsPolicy, acquire, judge};
 use crate::servo::params::ServoParams;
 use crate::servo::stats::ServoStats;
 use crate::servo::thread::LiveRoom;
@@ -44,6 +44,9 @@ pub(super) fn run(
     let stats = new_stats().map_err(|e| ServerError::Internal(format!("cannot make the histograms: {e}")))?;
     let rights = acquire(&RealtimeConfig::default());
     judge(&rights, policy).map_err(|e| ServerError::Permission(e.to_string()))?;
+    if rights.is_degraded() {
+        tracing::warn!("{rights}; this run is marked degraded. {REMEDY}");
+    }
     let servo = Servo::new(params, if rights.is_degraded() { Rights::Degraded } else { Rights::Full });
     let mut room = LiveRoom::new(servo, params, links, |state: &mut ServoState| writer.write(state), stats);
     let began = Instant::now();

@@ -35,7 +35,7 @@ pub fn run(cli: &SolverCli) -> Result<(), ServerError> {
         Some(directory) => RunDir::open(directory)?,
         None => RunRoot::open(&Environment::of_process())?.attach()?,
     };
-    let mut session = load::session(&cli.scene)?;
+    let mut session = load::session(cli)?;
     let node = PortNode::join(&run, "deformation-solver").map_err(mended_by_restart)?;
     let mut topics = Topics::open(&node, &session).map_err(mended_by_restart)?;
     let mut pace = Pace::new(cli.period.unwrap_or_else(|| session.period_s()), cli.slow_down, monotonic_ns());

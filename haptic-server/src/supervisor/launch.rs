@@ -4,13 +4,13 @@
 //! before a device is touched: one sentence, the right exit code, no half-started run.
 
 use super::child::{ChildProcess, beside_this_program};
-use crate::cli::choice::{DeviceChoice, SceneChoice};
+use crate::cli::choice::{ControlChoice, DeviceChoice, SceneChoice};
 use crate::cli::{RunArgs, SceneArgs};
 use crate::error::ServerError;
 use crate::record::origin;
 use crate::scene_file;
 use crate::servo::params::ServoConfig;
-use crate::servo_link::{NoRtPolicy, RunLength, ServoSpec, ToServo, to_line};
+use crate::servo_link::{NoRtPolicy, RunLength, ServoSpec, Standing, ToServo, to_line};
 use clap::ValueEnum;
 use protocol::run::RunDir;
 use protocol::trace::Metadata;
@@ -93,10 +93,25 @@ pub(super) fn servo(plan: &Plan, run: &RunDir) -> Result<ChildProcess, ServerErr
     Ok(servo)
 }
 
+/// How a solver is started: at first, or again.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SolverStart {
+    /// Solvers that died before.
+    pub(super) restarts: u32,
+    /// Where the session stood last.
+    pub(super) standing: Option<Standing>,
+}
+
 /// Starts the deformation solver on the run.
-pub(super) fn solver(plan: &Plan, run: &RunDir) -> Result<ChildProcess, ServerError> {
+pub(super) fn solver(plan: &Plan, run: &RunDir, start: SolverStart) -> Result<ChildProcess, ServerError> {
     let mut command = Command::new(beside_this_program("deformation-solver")?);
-    command.args(scene_arguments(&plan.scene)).arg("--run-dir").arg(run.path());
+    let mut scene = plan.scene.clone();
+    if let Some(standing) = start.standing {
+        scene.control = ControlChoice::from_code(standing.control).or(scene.control);
+        command.arg("--resume-scene").arg(standing.scene_index.to_string());
+    }
+    command.args(scene_arguments(&scene)).arg("--run-dir").arg(run.path());
+    command.arg("--restarts").arg(start.restarts.to_string());
     command.arg("--guarded-by").arg(std::process::id().to_string());
     command.stdin(Stdio::null()).stdout(Stdio::null());
     ChildProcess::spawn("deformation-solver", command)

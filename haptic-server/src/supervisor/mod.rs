@@ -11,11 +11,11 @@ pub mod signals;
 
 use crate::cli::RunArgs;
 use crate::error::ServerError;
-use crate::servo_link::{FromServo, LineBuffer, ToServo, to_line};
+use crate::servo_link::{FromServo, LineBuffer, Standing, ToServo, to_line};
 use crate::summary::RunSummary;
 use child::ChildProcess;
 use guard::{Action, ChildEnd, Event, Guard, Outcome};
-use launch::Plan;
+use launch::{Plan, SolverStart};
 use protocol::run::{Environment, RunDir, RunRoot};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use signals::{Signals, take_count};
@@ -55,6 +55,7 @@ struct Supervisor<'a> {
     viewer: Option<ChildProcess>,
     summary: Option<RunSummary>,
     faults: Vec<String>,
+    standing: Option<Standing>,
 }
 
 impl<'a> Supervisor<'a> {
@@ -75,6 +76,7 @@ impl<'a> Supervisor<'a> {
             viewer: None,
             summary: None,
             faults: Vec::new(),
+            standing: None,
         })
     }
 
@@ -146,7 +148,10 @@ impl<'a> Supervisor<'a> {
                     self.handle(Event::ServoReady);
                     self.start_viewer();
                 }
-                FromServo::Heartbeat { ticks } => self.handle(Event::Heartbeat { ticks }),
+                FromServo::Heartbeat { ticks, standing } => {
+                    self.standing = standing.or(self.standing);
+                    self.handle(Event::Heartbeat { ticks });
+                }
                 FromServo::Fault { what } => {
                     tracing::error!("servo fault: {what}; remove the cause, then `haptic-server session rearm`");
                     self.faults.push(what);
@@ -184,14 +189,20 @@ impl<'a> Supervisor<'a> {
         for action in self.guard.handle(self.began.elapsed(), event) {
             match action {
                 Action::Tell(message) => self.tell(&message),
-                Action::StartSolver => match launch::solver(self.plan, self.run) {
-                    Ok(solver) => self.solver = Some(solver),
-                    Err(error) => {
-                        tracing::error!("{error}");
-                        self.handle(Event::SolverEnded(ChildEnd::Exit(i32::from(error.exit_code()))));
-                    }
-                },
+                Action::StartSolver => self.start_solver(),
                 Action::KillServo => self.servo.kill(),
+            }
+        }
+    }
+
+    /// A restarted solver begins where the session stands, and in a scene generation of its own.
+    fn start_solver(&mut self) {
+        let start = SolverStart { restarts: self.guard.solver_restarts(), standing: self.standing };
+        match launch::solver(self.plan, self.run, start) {
+            Ok(solver) => self.solver = Some(solver),
+            Err(error) => {
+                tracing::error!("{error}");
+                self.handle(Event::SolverEnded(ChildEnd::Exit(i32::from(error.exit_code()))));
             }
         }
     }
