@@ -11,10 +11,8 @@ use protocol::run::{Environment, RunError, RunRoot};
 use protocol::session_command as command;
 use std::time::{Duration, Instant};
 
-/// An answer is awaited for this long.
-const ANSWER_LIMIT: Duration = Duration::from_secs(2);
-/// A report that is this much younger than the command knows it, nanoseconds.
-const SETTLED_NS: u64 = 100_000_000;
+/// An answer is awaited for this long: going to another scene builds it first.
+const ANSWER_LIMIT: Duration = Duration::from_secs(10);
 /// How often it is looked for.
 const ANSWER_LOOK: Duration = Duration::from_millis(5);
 /// Servo state machine: fault.
@@ -82,7 +80,8 @@ pub fn send(action: SessionAction) -> Result<(), ServerError> {
             }
             continue;
         }
-        let answer = reports.newest()?.filter(|r| r.header.time_ns > sent + SETTLED_NS).map(|r| r.command_result);
+        let answer = reports.newest()?.filter(|r| r.command_sequence == publisher.answer_sequence());
+        let answer = answer.map(|r| r.command_result);
         match answer {
             Some(RESULT_DONE) => return Ok(()),
             Some(RESULT_REFUSED) => {

@@ -9,7 +9,7 @@ fn skin_text() -> String {
     toml::to_string(&presets::skin()).expect("presets are representable")
 }
 
-fn refused(text: &str) -> String {
+fn refusal(text: &str) -> String {
     let error = parse(text.as_bytes(), "s.toml").expect_err(text);
     assert_eq!(error.exit_code(), exit::BAD_DATA);
     error.to_string()
@@ -27,16 +27,16 @@ fn presets_survive_the_way_through_a_file() {
 fn a_misspelt_key_names_its_place_and_the_nearest_key() {
     let text = skin_text().replace("\nstiffness_n_per_mm", "\nstifness_n_per_mm");
     let line = 1 + text.lines().position(|l| l.contains("stifness")).expect("replaced");
-    let message = refused(&text);
+    let message = refusal(&text);
     assert!(message.starts_with(&format!("s.toml:{line}:1: ")), "{message}");
     assert!(message.contains("did you mean `stiffness_n_per_mm`?"), "{message}");
 }
 
 #[test]
 fn a_wrong_type_and_a_missing_section_are_placed() {
-    let message = refused(&skin_text().replace("rate_hz = 200.0", "rate_hz = \"fast\""));
+    let message = refusal(&skin_text().replace("rate_hz = 200.0", "rate_hz = \"fast\""));
     assert!(message.contains("invalid type"), "{message}");
-    assert!(refused("name = \"x\"\n").contains("missing field"));
+    assert!(refusal("name = \"x\"\n").contains("missing field"));
 }
 
 #[test]
@@ -92,6 +92,45 @@ fn a_mesh_comes_from_the_scenes_folder_only() {
             Err(error) => assert_eq!(error.exit_code(), code, "{name}: {error}"),
         }
     }
+}
+
+#[test]
+fn a_value_that_the_scene_refuses_is_placed_at_its_key() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("s.toml");
+    let text = skin_text().replace("rate_hz = 200.0", "rate_hz = -200.0");
+    let line = 1 + text.lines().position(|l| l.starts_with("rate_hz")).expect("replaced");
+    std::fs::write(&path, text).expect("write");
+    let scene = load(&path).expect("well-formed");
+    let error = sim_core::scene::step::Scene::new(&scene.config, None).expect_err("no negative rate");
+    let choice =
+        SceneArgs { scene: SceneChoice::File(path.clone()), procedure: None, control: None, capture_radius_mm: None };
+    let message = refused(&choice, &error).to_string();
+    assert!(message.starts_with(&format!("{}:{line}:1: ", path.display())), "{message}");
+}
+
+#[test]
+fn the_command_line_sets_control_and_capture_radius() {
+    let choice = SceneArgs {
+        scene: SceneChoice::Skin,
+        procedure: Some(ProcedureChoice::LiverSurgery),
+        control: Some(ControlChoice::Paper),
+        capture_radius_mm: Some(9.0),
+    };
+    let scenes = chosen(&choice).expect("presets");
+    assert_eq!(scenes.len(), 3);
+    for scene in scenes {
+        assert_eq!(scene.config.control.map(|c| c.mode), Some(ControlReading::Paper));
+        assert_eq!(scene.config.suture.capture_radius_mm, 9.0);
+    }
+}
+
+#[test]
+fn the_wound_extent_is_from_the_first_to_the_last_station() {
+    let config = presets::skin();
+    let stations = f64::from(config.suture.pairs);
+    let expected = config.wound.length_mm * 1e-3 * ((stations - 0.5) / stations - 0.5 / stations);
+    assert!((wound_extent_m(&config) - expected).abs() < 1e-15);
 }
 
 #[test]

@@ -15,6 +15,7 @@ use clap::ValueEnum;
 use protocol::run::RunDir;
 use protocol::trace::Metadata;
 use sim_core::scene::procedure::SceneSource;
+use sim_core::scene::step::Scene;
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::PathBuf;
@@ -37,6 +38,12 @@ pub(super) fn plan(args: &RunArgs) -> Result<Plan, ServerError> {
         None => args.scene.clone(),
     };
     let scenes = scene_file::chosen(&scene)?;
+    if let SceneChoice::File(_) = scene.scene {
+        // Presets are known to be sound; a file is built here once, so that it is refused before anything is started.
+        for source in &scenes {
+            Scene::new(&source.config, source.mesh.as_ref()).map_err(|e| scene_file::refused(&scene, &e))?;
+        }
+    }
     let real_device = !matches!(args.device, DeviceChoice::Simulated | DeviceChoice::Replay(_) | DeviceChoice::Pointer);
     let servo = ServoSpec {
         run_dir: PathBuf::new(),

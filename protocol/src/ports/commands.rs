@@ -17,6 +17,9 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 const QUEUE: usize = 16;
 /// Programs that may send commands at the same time.
 const MAX_SENDERS: usize = 16;
+/// Sequences of a sender begin at its process id times 2 to this power: an answer that carries the low 32 bits of
+/// a sequence then names one command of one sender.
+const SENDER_SHIFT: u32 = 16;
 const TOPIC: &str = SessionCommand::NAME;
 
 fn open(node: &PortNode) -> Result<PortFactory<ipc::Service, SessionCommand, ()>, PortError> {
@@ -60,7 +63,7 @@ impl SessionCommandPublisher {
                 .create()
                 .map_err(publisher_error::<SessionCommand>)
         })?;
-        Ok(Self { publisher, sequence: 0 })
+        Ok(Self { publisher, sequence: u64::from(std::process::id()) << SENDER_SHIFT })
     }
 
     /// Sends one of the codes of [`crate::session_command`] and returns how many receivers got it.
@@ -73,6 +76,13 @@ impl SessionCommandPublisher {
         message.stamp(self.sequence, monotonic_ns());
         message.validate()?;
         self.publisher.send_copy(message).map_err(|e| send_error(TOPIC, &e))
+    }
+
+    /// Sequence of the last command as its answer in `wound_report` names it.
+    #[must_use]
+    pub fn answer_sequence(&self) -> u32 {
+        // The low half: that is what the report has room for.
+        self.sequence as u32
     }
 }
 
