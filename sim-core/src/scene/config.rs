@@ -155,6 +155,9 @@ pub struct WoundConfig {
     pub gap_mm: f64,
     /// Depth, millimetres.
     pub depth_mm: f64,
+    /// Stiffness with which edges that touch at a suture pair resist going through each other, N/mm; left out: they do not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact_stiffness_n_per_mm: Option<f64>,
 }
 
 /// Suture points.

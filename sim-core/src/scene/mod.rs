@@ -7,6 +7,7 @@ pub mod grip;
 pub mod plan;
 pub mod presets;
 pub mod procedure;
+mod stages;
 pub mod step;
 pub mod stitching;
 pub mod suturing;

@@ -50,6 +50,8 @@ pub struct ControlPlan {
 pub struct ScenePlan {
     /// Relaxed Long Range Attachments.
     pub attachments: Option<AttachmentPlan>,
+    /// Stiffness of wound edges that touch, newtons per metre.
+    pub contact_n_per_m: Option<f64>,
     /// Suture line and stitches.
     pub line: Option<LinePlan>,
     /// Suture control; needs the line.
@@ -62,14 +64,20 @@ impl ScenePlan {
     /// # Errors
     /// [`SceneError::Value`] names the key, what was found and what is allowed.
     pub fn new(config: &SceneConfig) -> Result<Self, SceneError> {
-        Ok(Self { attachments: attachments(config)?, line: line(config)?, control: control(config)? })
+        Ok(Self {
+            attachments: attachments(config)?,
+            contact_n_per_m: contact(config)?,
+            line: line(config)?,
+            control: control(config)?,
+        })
     }
 
     /// Name and presence of every stage, for the log and the reports.
     #[must_use]
-    pub fn stages(&self) -> [(&'static str, bool); 3] {
+    pub fn stages(&self) -> [(&'static str, bool); 4] {
         [
             ("attachments", self.attachments.is_some()),
+            ("wound_contact", self.contact_n_per_m.is_some()),
             ("suture_line", self.line.is_some()),
             ("suture_control", self.control.is_some()),
         ]
@@ -95,6 +103,12 @@ fn attachments(config: &SceneConfig) -> Result<Option<AttachmentPlan>, SceneErro
     };
     let radius_m = in_range("attachment.radius_mm", a.radius_mm, 0.0, 1000.0, "0 to 1000")? * 1e-3;
     Ok(Some(AttachmentPlan { beta, mode, radius_m, distance }))
+}
+
+fn contact(config: &SceneConfig) -> Result<Option<f64>, SceneError> {
+    let Some(stiffness) = config.wound.contact_stiffness_n_per_mm else { return Ok(None) };
+    let checked = in_range("wound.contact_stiffness_n_per_mm", stiffness, 1e-3, 1e3, "0.001 to 1000")?;
+    Ok(Some(checked * 1e3))
 }
 
 fn line(config: &SceneConfig) -> Result<Option<LinePlan>, SceneError> {
@@ -152,7 +166,7 @@ mod tests {
         config.attachment = None;
         config.control = None;
         let plan = ScenePlan::new(&config).unwrap();
-        assert_eq!(plan.stages().map(|s| s.1), [false, true, false]);
+        assert_eq!(plan.stages().map(|s| s.1), [false, true, true, false]);
     }
 
     #[test]

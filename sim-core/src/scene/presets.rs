@@ -43,7 +43,7 @@ pub fn skin() -> SceneConfig {
         name: "skin".into(),
         tissue: TissueConfig::Utsm { width_mm: 60.0, length_mm: 44.0, spacing_mm: 2.0, pre_strain: 0.05 },
         material: material(SKIN, 2.0, 1100.0, 1.75),
-        wound: WoundConfig { length_mm: 32.0, gap_mm: 3.0, depth_mm: 1.75 },
+        wound: wound(32.0, 3.0, 1.75),
         suture: suture(2.0, 2.1),
         attachment: Some(attachment(SKIN, 6.0)),
         line: Some(line()),
@@ -68,8 +68,8 @@ pub fn liver() -> SceneConfig {
             shell_distance_mm: 3.0,
             free_radius_mm: 35.0,
         },
-        material: material(LIVER, 4.0, 1060.0, 3.0),
-        wound: WoundConfig { length_mm: 36.0, gap_mm: 4.0, depth_mm: 5.0 },
+        material: material(LIVER, 2.5, 1060.0, 3.0),
+        wound: wound(36.0, 4.0, 5.0),
         suture: suture(3.0, 2.6),
         attachment: Some(attachment(LIVER, 8.0)),
         line: Some(line()),
@@ -85,7 +85,7 @@ pub fn vessel() -> SceneConfig {
         name: "vessel".into(),
         tissue: TissueConfig::Ttsm { radius_mm: 6.0, length_mm: 36.0, wall_mm: 1.5, layers: 3, around: 32, along: 32 },
         material: material(VESSEL, 1.2, 1060.0, 0.5),
-        wound: WoundConfig { length_mm: 20.0, gap_mm: 2.0, depth_mm: 1.5 },
+        wound: wound(20.0, 2.0, 1.5),
         suture: suture(1.2, 1.3),
         attachment: Some(attachment(VESSEL, 3.5)),
         line: Some(line()),
@@ -116,6 +116,10 @@ fn material(row: Table2, reference_mm: f64, density_kg_per_m3: f64, thickness_mm
     }
 }
 
+fn wound(length_mm: f64, gap_mm: f64, depth_mm: f64) -> WoundConfig {
+    WoundConfig { length_mm, gap_mm, depth_mm, contact_stiffness_n_per_mm: Some(2.0) }
+}
+
 fn suture(bite_mm: f64, patch_radius_mm: f64) -> SutureConfig {
     SutureConfig { pairs: 4, bite_mm, patch_radius_mm, capture_radius_mm: 4.0, closed_gap_mm: 0.3, point_mass_g: 2.0 }
 }
@@ -131,7 +135,7 @@ fn attachment(row: Table2, radius_mm: f64) -> AttachmentConfig {
 }
 
 fn line() -> LineConfig {
-    LineConfig { friction: 0.0, knot_hold_n: 0.8, stitch_stiffness_n_per_mm: 5.0 }
+    LineConfig { friction: 0.0, knot_hold_n: 0.4, stitch_stiffness_n_per_mm: 5.0 }
 }
 
 fn control() -> ControlConfig {

@@ -4,13 +4,12 @@
 //! The order within a step is fixed, the inputs are explicit, nothing is allocated after load: equal inputs give
 //! equal bits. Deliberately absent: clocks, messages, and the 1 kHz integration of the suture points (servo).
 
-use crate::tissue::geodesic::neighbours_within;
 use crate::tissue::handle::MAX_HANDLES;
 use crate::tissue::model::{Tissue, TissueKind};
 use crate::tissue::network::TissueState;
-use crate::tissue::patch_set::{PatchId, PatchSet};
+use crate::tissue::patch_set::PatchId;
 use crate::tissue::port::Port;
-use crate::tissue::regulation::{AttachmentSpec, Attachments, Engagement};
+use crate::tissue::regulation::Engagement;
 use crate::tissue::settle::{SettleParams, Settled, settle};
 use crate::tissue::solver::{Stages, StepReport, TissueSolver};
 use crate::tissue::triangle_mesh::TriangleMesh;
@@ -21,7 +20,8 @@ use crate::wound::ledger::LedgerRow;
 use super::build::{SceneError, build_tissue, solver_params};
 use super::config::SceneConfig;
 use super::grip::{Grip, Grips};
-use super::plan::{AttachmentPlan, ScenePlan, in_range};
+use super::plan::{ScenePlan, in_range};
+use super::stages::{PairFacts, pair_facts, patch_set, push_contacts, stages};
 use super::stitching::{Stitching, left_patch, right_patch};
 use super::suturing::{HandInput, PairPlace, Side, Suturing, SuturingEvent};
 
@@ -34,13 +34,6 @@ pub struct ServoInput {
     pub port_epoch: u32,
     /// Suture points as the servo has integrated them, by slot, metres.
     pub handles_m: [Option<Vec3>; MAX_HANDLES],
-}
-
-/// What stays fixed about a pair.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct PairFacts {
-    open_distance_m: f64,
-    closed_m: f64,
 }
 
 /// A scene at work.
@@ -82,7 +75,7 @@ impl Scene {
             in_range("suture.capture_radius_mm", config.suture.capture_radius_mm, 0.0, 1000.0, "0 to 1000")? * 1e-3;
         in_range("suture.point_mass_g", config.suture.point_mass_g, 0.0, 1000.0, "0 to 1000")?;
         let facts = pair_facts(&tissue, solver.patches(), &settled, closed_gap_m);
-        let stages = stages(&plan, &tissue, solver.patches(), &settled)?;
+        let stages = stages(&plan, &tissue, solver.patches(), &settled, &facts)?;
         let mut scene = Self {
             suturing: Suturing::new(tissue.pairs.len(), capture_m),
             places: Vec::with_capacity(tissue.pairs.len()),
@@ -114,6 +107,7 @@ impl Scene {
         }
         if let Some(pairs) = &mut self.stages.pairs {
             pairs.clear();
+            push_contacts(&self.plan, &self.facts, self.solver.patches(), pairs);
         }
         self.stitching = Stitching::new(&self.plan);
         if let Some(mode) = mode {
@@ -300,55 +294,4 @@ impl Scene {
             TissueKind::Ttsm => 2,
         }
     }
-}
-
-fn patch_set(tissue: &Tissue) -> Result<PatchSet, SceneError> {
-    let points = tissue.pairs.iter().flat_map(|p| [&p.left.patch, &p.right.patch]);
-    let patches = points.map(|p| (p.nodes.as_slice(), p.weights.as_slice()));
-    Ok(PatchSet::new(tissue.network.node_count(), patches)?)
-}
-
-/// A gap is closed when the wound edges at the pair have come together: the points are then as far apart as their
-/// bites, `|r − l| − |edge_r − edge_l|`, measured on the settled tissue.
-fn pair_facts(tissue: &Tissue, patches: &PatchSet, settled: &TissueState, closed_gap_m: f64) -> Vec<PairFacts> {
-    let x = &settled.position_m;
-    let facts = tissue.pairs.iter().enumerate().map(|(pair, p)| {
-        let open_distance_m = (patches.mean(right_patch(pair), x) - patches.mean(left_patch(pair), x)).norm();
-        let edges_m = (x[p.right_edge as usize] - x[p.left_edge as usize]).norm();
-        PairFacts { open_distance_m, closed_m: (open_distance_m - edges_m).max(0.0) + closed_gap_m }
-    });
-    facts.collect()
-}
-
-fn stages(plan: &ScenePlan, tissue: &Tissue, patches: &PatchSet, settled: &TissueState) -> Result<Stages, SceneError> {
-    let attachments = match &plan.attachments {
-        Some(a) => Some(attachments(a, tissue, patches, settled)?),
-        None => None,
-    };
-    // Two constraints per stitch at most: the stitch and the control's hold.
-    let pairs = plan.line.map(|_| crate::tissue::constraint::Pairs::with_capacity(2 * tissue.pairs.len()));
-    Ok(Stages { attachments, pairs, loads: None })
-}
-
-/// Followers of every suture point with `d_i⁰` along the mesh, but never below their distance at rest: a follower
-/// at rest feels nothing (Eq. (1) with `|x_j − x_i| ≤ d_i⁰`).
-fn attachments(
-    plan: &AttachmentPlan,
-    tissue: &Tissue,
-    patches: &PatchSet,
-    settled: &TissueState,
-) -> Result<Attachments, SceneError> {
-    let x = &settled.position_m;
-    let points = tissue.pairs.iter().flat_map(|p| [p.left.node, p.right.node]);
-    let specs: Vec<AttachmentSpec> = points
-        .enumerate()
-        .map(|(index, node)| {
-            let patch = PatchId(index as u32);
-            let center = patches.mean(patch, x);
-            let near = neighbours_within(&tissue.network, node, plan.radius_m, plan.distance);
-            let followers = near.into_iter().map(|(n, d)| (n, d.max((x[n as usize] - center).norm()))).collect();
-            AttachmentSpec { patch, followers }
-        })
-        .collect();
-    Ok(Attachments::new(&tissue.network, patches, &specs, plan.beta, plan.mode)?)
 }

@@ -1,4 +1,4 @@
-//! Compliant distance constraints between two patches: stitches and the suture control's hold.
+//! Compliant distance constraints between two patches: stitches, the suture control's hold, touching wound edges.
 //!
 //! Position level, implicit: tension `λ = K · max(|x_a − x_b| − D, 0)` at the *end* of the step, found
 //! from `Δλ = (C − λ/K)/(1/K + nᵀ(W_a + W_b)n)` by a few Gauss–Seidel sweeps over all pairs in fixed
@@ -22,6 +22,8 @@ const COINCIDENT_M: f64 = 1e-9;
 pub enum PairSense {
     /// Pulls the patches together, never apart (a stitch).
     PullOnly,
+    /// Pushes the patches apart, never together (wound edges that touch).
+    PushOnly,
     /// Holds the distance both ways (the paper's control).
     TwoSided,
 }
@@ -154,7 +156,7 @@ impl Pairs {
 
     /// The pairs that act on a patch now: other patch, direction, stiffness.
     pub(crate) fn acting_on(&self, patch: PatchId) -> impl Iterator<Item = (PatchId, Vec3, f64)> {
-        let acting = self.pairs.iter().filter(|p| p.tension_n != 0.0 && p.tension_n < p.constraint.max_force_n);
+        let acting = self.pairs.iter().filter(|p| p.tension_n != 0.0 && p.tension_n.abs() < p.constraint.max_force_n);
         acting.filter_map(move |p| {
             let c = &p.constraint;
             let other = if c.a == patch { c.b } else { c.a };
@@ -193,12 +195,13 @@ impl Pair {
             return;
         }
         let excess = self.excess_m + n.dot(&(responses[a].shift_m - responses[b].shift_m));
-        let lowest = match c.sense {
-            PairSense::PullOnly => 0.0,
-            PairSense::TwoSided => -c.max_force_n,
+        let (lowest, highest) = match c.sense {
+            PairSense::PullOnly => (0.0, c.max_force_n),
+            PairSense::PushOnly => (-c.max_force_n, 0.0),
+            PairSense::TwoSided => (-c.max_force_n, c.max_force_n),
         };
         let wanted = self.tension_n + (excess - compliance * self.tension_n) / room;
-        let change = wanted.clamp(lowest, c.max_force_n) - self.tension_n;
+        let change = wanted.clamp(lowest, highest) - self.tension_n;
         self.tension_n += change;
         let pull = n * change;
         responses[a].shift_m -= responses[a].mobility * pull;

@@ -1,0 +1,112 @@
+//! What a scene prepares at load: suture points as patches, when a pair counts as closed, and the optional stages.
+//!
+//! Contacts of the wound edges come first among the pair constraints, stitches and holds after them.
+
+use crate::tissue::constraint::{PairConstraint, PairSense, Pairs};
+use crate::tissue::geodesic::neighbours_within;
+use crate::tissue::model::Tissue;
+use crate::tissue::network::TissueState;
+use crate::tissue::patch_set::{PatchId, PatchSet};
+use crate::tissue::regulation::{AttachmentSpec, Attachments};
+use crate::tissue::solver::Stages;
+
+use super::build::SceneError;
+use super::plan::{AttachmentPlan, ScenePlan};
+use super::stitching::{left_patch, right_patch};
+
+/// What stays fixed about a pair.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct PairFacts {
+    /// Distance before suturing, metres.
+    pub(super) open_distance_m: f64,
+    /// Distance at which the wound edges touch, metres.
+    pub(super) contact_m: f64,
+    /// A distance at or below this is a closed gap, metres.
+    pub(super) closed_m: f64,
+}
+
+/// Suture points as patches: left and right of pair `i` are patches `2i` and `2i + 1`.
+pub(super) fn patch_set(tissue: &Tissue) -> Result<PatchSet, SceneError> {
+    let points = tissue.pairs.iter().flat_map(|p| [&p.left.patch, &p.right.patch]);
+    let patches = points.map(|p| (p.nodes.as_slice(), p.weights.as_slice()));
+    Ok(PatchSet::new(tissue.network.node_count(), patches)?)
+}
+
+/// A gap is closed when the wound edges at the pair have come together: the points are then as far apart as their
+/// bites, `|r − l| − |edge_r − edge_l|`, measured on the settled tissue.
+pub(super) fn pair_facts(
+    tissue: &Tissue,
+    patches: &PatchSet,
+    settled: &TissueState,
+    closed_gap_m: f64,
+) -> Vec<PairFacts> {
+    let x = &settled.position_m;
+    let facts = tissue.pairs.iter().enumerate().map(|(pair, p)| {
+        let open_distance_m = (patches.mean(right_patch(pair), x) - patches.mean(left_patch(pair), x)).norm();
+        let edges_m = (x[p.right_edge as usize] - x[p.left_edge as usize]).norm();
+        let contact_m = (open_distance_m - edges_m).max(0.0);
+        PairFacts { open_distance_m, contact_m, closed_m: contact_m + closed_gap_m }
+    });
+    facts.collect()
+}
+
+/// The optional stages that the plan asks for.
+pub(super) fn stages(
+    plan: &ScenePlan,
+    tissue: &Tissue,
+    patches: &PatchSet,
+    settled: &TissueState,
+    facts: &[PairFacts],
+) -> Result<Stages, SceneError> {
+    let attachments = match &plan.attachments {
+        Some(a) => Some(attachments(a, tissue, patches, settled)?),
+        None => None,
+    };
+    // Per suture pair at most its contact, its stitch and the control's hold.
+    let needs_pairs = plan.line.is_some() || plan.contact_n_per_m.is_some();
+    let mut pairs = needs_pairs.then(|| Pairs::with_capacity(3 * tissue.pairs.len()));
+    if let Some(pairs) = &mut pairs {
+        push_contacts(plan, facts, patches, pairs);
+    }
+    Ok(Stages { attachments, pairs, loads: None })
+}
+
+/// Edges that touch at a pair push its suture points apart: without that a pulled wound would close through itself.
+pub(super) fn push_contacts(plan: &ScenePlan, facts: &[PairFacts], patches: &PatchSet, pairs: &mut Pairs) {
+    let Some(stiffness_n_per_m) = plan.contact_n_per_m else { return };
+    for (pair, facts) in facts.iter().enumerate() {
+        let contact = PairConstraint {
+            a: left_patch(pair),
+            b: right_patch(pair),
+            target_m: facts.contact_m,
+            stiffness_n_per_m,
+            max_force_n: f64::MAX,
+            sense: PairSense::PushOnly,
+        };
+        // Patches and numbers were validated when the scene was built.
+        let _ = pairs.push(patches, contact);
+    }
+}
+
+/// Followers of every suture point with `d_i⁰` along the mesh, but never below their distance at rest: a follower
+/// at rest feels nothing (Eq. (1) with `|x_j − x_i| ≤ d_i⁰`).
+fn attachments(
+    plan: &AttachmentPlan,
+    tissue: &Tissue,
+    patches: &PatchSet,
+    settled: &TissueState,
+) -> Result<Attachments, SceneError> {
+    let x = &settled.position_m;
+    let points = tissue.pairs.iter().flat_map(|p| [p.left.node, p.right.node]);
+    let specs: Vec<AttachmentSpec> = points
+        .enumerate()
+        .map(|(index, node)| {
+            let patch = PatchId(index as u32);
+            let center = patches.mean(patch, x);
+            let near = neighbours_within(&tissue.network, node, plan.radius_m, plan.distance);
+            let followers = near.into_iter().map(|(n, d)| (n, d.max((x[n as usize] - center).norm()))).collect();
+            AttachmentSpec { patch, followers }
+        })
+        .collect();
+    Ok(Attachments::new(&tissue.network, patches, &specs, plan.beta, plan.mode)?)
+}
