@@ -2,4 +2,3 @@
 
 pub mod mesh_obj;
 pub mod session;
-mod suture_path;

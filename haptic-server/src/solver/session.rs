@@ -21,8 +21,6 @@ use sim_core::tissue::port::Port;
 use sim_core::vector::{Mat3, Vec3};
 use sim_core::wound::control::ControlMode;
 
-use super::suture_path;
-
 /// `WoundReport::command_result`: done.
 pub const COMMAND_DONE: u32 = 1;
 /// `WoundReport::command_result`: refused.
@@ -34,7 +32,6 @@ pub struct SolverSession {
     procedure: Procedure,
     port: TissuePort,
     report: WoundReport,
-    stylus_m: Option<Vec3>,
     refusal: Option<&'static str>,
 }
 
@@ -45,8 +42,7 @@ impl SolverSession {
     /// [`SceneError`] when a scene cannot be built.
     pub fn new(sources: Vec<SceneSource>) -> Result<Self, SceneError> {
         let procedure = Procedure::new(sources)?;
-        let mut session =
-            Self { procedure, port: TissuePort::EMPTY, report: WoundReport::EMPTY, stylus_m: None, refusal: None };
+        let mut session = Self { procedure, port: TissuePort::EMPTY, report: WoundReport::EMPTY, refusal: None };
         session.describe(0, 0);
         Ok(session)
     }
@@ -57,7 +53,6 @@ impl SolverSession {
             self.obey(command);
         }
         let input = servo.map(|s| self.input(s));
-        self.stylus_m = input.map(|i| i.hand.position_m);
         self.procedure.step(input.as_ref());
         self.describe(now_ns, servo.map_or(0, |s| s.header.sequence));
     }
@@ -106,13 +101,17 @@ impl SolverSession {
 
     /// Node positions for a viewer; `nodes` is reused from frame to frame.
     pub fn frame(&self, nodes: &mut Vec<FrameNode>) -> FrameHeader {
-        let positions = &self.procedure.scene().solver().state().position_m;
+        let scene = self.procedure.scene();
+        let positions = &scene.solver().state().position_m;
         nodes.clear();
         nodes.extend(
             positions
                 .iter()
                 .map(|x| FrameNode { position_m: [x.x as f32, x.y as f32, x.z as f32], attachment_force_n: 0.0 }),
         );
+        for (node, force_n) in scene.stages().attachments.iter().flat_map(|a| a.follower_forces()) {
+            nodes[node as usize].attachment_force_n += force_n as f32;
+        }
         let mut header = FrameHeader::EMPTY;
         header.scene_generation = self.scene_generation();
         header.node_count = nodes.len() as u32;
@@ -264,7 +263,11 @@ impl SolverSession {
             report.row_count += 1;
             report.er_max = report.er_max.max(slot.relative_error);
         }
-        report.line_point_count = suture_path::measure(scene, self.stylus_m, &mut report.line_m);
+        let line = scene.line().map_or(&[][..], |l| l.polyline());
+        report.line_point_count = line.len().min(report.line_m.len()) as u32;
+        for (slot, point) in report.line_m.iter_mut().zip(line) {
+            *slot = (*point).into();
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::config::{DragReading as DragChoice, IntegratorReading, MaterialConfig, SceneConfig, TissueConfig};
 use super::plan::in_range;
+use crate::suture_line::line::SutureLineError;
 use crate::tissue::integrator::Integrator;
 use crate::tissue::model::{Tissue, TissueError};
 use crate::tissue::params::{DragReading, FamilyFactors, MaterialParams, PatchDepth, WoundParams};
@@ -53,6 +54,9 @@ pub enum SceneError {
     /// Attachments cannot be used.
     #[error(transparent)]
     Attachment(#[from] AttachmentError),
+    /// The suture line cannot be used.
+    #[error(transparent)]
+    Line(#[from] SutureLineError),
     /// The integrator cannot be used.
     #[error(transparent)]
     Solver(#[from] SolverError),

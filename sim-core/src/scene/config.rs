@@ -218,6 +218,12 @@ pub enum DistanceReading {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LineConfig {
+    /// Length, millimetres.
+    pub length_mm: f64,
+    /// Axial stiffness EA, newtons.
+    pub axial_stiffness_n: f64,
+    /// Links of the free part, 1 to 63.
+    pub links: u32,
     /// Friction of the line in a suture point, 0 reproduces the paper.
     pub friction: f64,
     /// Force that a tied stitch holds before its knot slips, newtons.

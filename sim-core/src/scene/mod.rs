@@ -4,6 +4,7 @@
 pub mod build;
 pub mod config;
 pub mod grip;
+pub mod line_course;
 pub mod plan;
 pub mod presets;
 pub mod procedure;

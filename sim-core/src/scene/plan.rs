@@ -4,6 +4,7 @@
 use super::build::SceneError;
 use super::config::{AttachmentReading, ControlReading, DistanceReading, SceneConfig};
 use crate::kinematics::attachment::check_relaxation;
+use crate::suture_line::line::SutureLineParams;
 use crate::tissue::geodesic::DistanceKind;
 use crate::tissue::regulation::{ProjectedVelocity, RegulationMode};
 use crate::wound::control::{ControlMode, ControlParams};
@@ -28,6 +29,8 @@ pub struct AttachmentPlan {
 /// The suture line in this scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinePlan {
+    /// The line itself.
+    pub course: SutureLineParams,
     /// Tied stitches.
     pub stitch: StitchParams,
     /// Tension ratio over one suture point, `exp(−μθ)` with a quarter turn.
@@ -122,7 +125,8 @@ fn line(config: &SceneConfig) -> Result<Option<LinePlan>, SceneError> {
         friction,
         wrap_rad: STITCH_WRAP_RAD,
     };
-    Ok(Some(LinePlan { stitch, capstan_ratio: (-friction * std::f64::consts::FRAC_PI_2).exp() }))
+    let course = SutureLineParams::new(l.length_mm * 1e-3, l.axial_stiffness_n, l.links as usize)?;
+    Ok(Some(LinePlan { course, stitch, capstan_ratio: (-friction * std::f64::consts::FRAC_PI_2).exp() }))
 }
 
 fn control(config: &SceneConfig) -> Result<Option<ControlPlan>, SceneError> {

@@ -36,6 +36,9 @@ pub const VESSEL: Table2 = Table2 { stiffness_n_per_mm: 0.27, drag_n_s_per_m: 2.
 /// OpenGL on a desktop screen.
 const BETA_REFERENCE_MS: f64 = 1000.0 / 60.0;
 
+/// EA of 3-0 silk: modulus 8.7 GPa (Naleway et al. 2015) on a diameter of 0.2 mm, newtons.
+const SILK_3_0_N: f64 = 273.0;
+
 /// Skin: a sheet of 60 × 44 mm with a slit of 30 mm.
 #[must_use]
 pub fn skin() -> SceneConfig {
@@ -135,7 +138,14 @@ fn attachment(row: Table2, radius_mm: f64) -> AttachmentConfig {
 }
 
 fn line() -> LineConfig {
-    LineConfig { friction: 0.0, knot_hold_n: 0.4, stitch_stiffness_n_per_mm: 5.0 }
+    LineConfig {
+        length_mm: 300.0,
+        axial_stiffness_n: SILK_3_0_N,
+        links: 40,
+        friction: 0.0,
+        knot_hold_n: 0.4,
+        stitch_stiffness_n_per_mm: 5.0,
+    }
 }
 
 fn control() -> ControlConfig {

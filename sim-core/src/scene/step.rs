@@ -20,6 +20,7 @@ use crate::wound::ledger::LedgerRow;
 use super::build::{SceneError, build_tissue, solver_params};
 use super::config::SceneConfig;
 use super::grip::{Grip, Grips};
+use super::line_course::{CourseInput, LineCourse};
 use super::plan::{ScenePlan, in_range};
 use super::stages::{PairFacts, pair_facts, patch_set, push_contacts, stages};
 use super::stitching::{Stitching, left_patch, right_patch};
@@ -51,6 +52,7 @@ pub struct Scene {
     suturing: Suturing,
     grips: Grips,
     stitching: Option<Stitching>,
+    course: Option<LineCourse>,
     steps: u64,
     last: StepReport,
 }
@@ -80,6 +82,7 @@ impl Scene {
             suturing: Suturing::new(tissue.pairs.len(), capture_m),
             places: Vec::with_capacity(tissue.pairs.len()),
             stitching: Stitching::new(&plan),
+            course: plan.line.map(|l| LineCourse::new(l.course)),
             config: config.clone(),
             plan,
             tissue,
@@ -110,6 +113,7 @@ impl Scene {
             push_contacts(&self.plan, &self.facts, self.solver.patches(), pairs);
         }
         self.stitching = Stitching::new(&self.plan);
+        self.course = self.plan.line.map(|l| LineCourse::new(l.course));
         if let Some(mode) = mode {
             self.set_control_mode(mode);
         }
@@ -137,7 +141,20 @@ impl Scene {
             }
         }
         self.measure_places();
+        self.follow_line(servo.map(|s| s.hand.position_m));
         self.last
+    }
+
+    fn follow_line(&mut self, stylus_m: Option<Vec3>) {
+        let Some(course) = &mut self.course else { return };
+        let rows = self.stitching.as_ref().map_or(&[][..], |s| s.ledger().rows());
+        course.step(CourseInput {
+            suturing: &self.suturing,
+            places: &self.places,
+            tied: &mut rows.iter().map(|r| [r.left_current_m, r.right_current_m]),
+            stylus_m,
+            pulled_length_m: self.grips.line_rest_length_m(),
+        });
     }
 
     /// Ties the stitch in hand now.
@@ -253,6 +270,12 @@ impl Scene {
     #[must_use]
     pub fn ledger_rows(&self) -> &[LedgerRow] {
         self.stitching.as_ref().map_or(&[], |s| s.ledger().rows())
+    }
+
+    /// The suture line; `None` when the scene has none.
+    #[must_use]
+    pub fn line(&self) -> Option<&LineCourse> {
+        self.course.as_ref()
     }
 
     /// Control mode; `None` when the scene has no control.

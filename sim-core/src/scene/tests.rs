@@ -107,6 +107,7 @@ fn a_procedure_goes_forth_and_back_and_refuses_what_is_not_there() {
 fn a_scene_without_a_stage_has_no_memory_for_it() {
     let mut config = presets::skin();
     config.attachment = None;
+    config.wound.contact_stiffness_n_per_mm = None;
     config.line = None;
     config.control = None;
     let scene = Scene::new(&config, None).unwrap();

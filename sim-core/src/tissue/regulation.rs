@@ -184,6 +184,11 @@ impl Attachments {
         self.table.links(attachment).iter().fold(Vec3::zeros(), |sum, l| sum + l.direction * l.tension_n)
     }
 
+    /// Followers that are pulled at the end of the last step, each with the force of one link on it, newtons.
+    pub fn follower_forces(&self) -> impl Iterator<Item = (u32, f64)> + '_ {
+        (0..self.len()).flat_map(|a| self.pulling(a).map(|link| (link.node, link.tension_n)))
+    }
+
     /// Links of an attachment that pull at the end of the last step: follower, direction from the
     /// suture point to it, stiffness in newtons per metre.
     pub(crate) fn pulling(&self, attachment: usize) -> impl Iterator<Item = &Link> {
