@@ -112,6 +112,19 @@ impl Program {
         rustix::process::kill_process(pid(&self.child), signal).expect("the program is there");
     }
 
+    /// Its children of this name, by `/proc`.
+    #[must_use]
+    pub fn children(&self, name: &str) -> Vec<Pid> {
+        let list = std::fs::read_to_string(format!("/proc/{0}/task/{0}/children", self.id())).unwrap_or_default();
+        let named = |id: &&str| {
+            // The kernel keeps 15 characters of a name.
+            let comm = std::fs::read_to_string(format!("/proc/{id}/comm")).unwrap_or_default();
+            !comm.trim().is_empty() && name.starts_with(comm.trim())
+        };
+        let ids = list.split_whitespace().filter(named);
+        ids.filter_map(|id| Pid::from_raw(id.parse().ok()?)).collect()
+    }
+
     /// What it has written to standard error so far.
     #[must_use]
     pub fn stderr(&self) -> String {
@@ -123,18 +136,12 @@ impl Program {
     /// # Errors
     /// The program did not end in time.
     pub fn wait(mut self, limit: Duration) -> Result<Ended, String> {
-        // Wall clock: bounds a child that hangs; nothing is measured.
-        let deadline = Instant::now() + limit;
-        loop {
-            if let Ok(Some(status)) = self.child.try_wait() {
+        match wait_for(limit, || self.child.try_wait().ok().flatten()) {
+            Some(status) => {
                 let stdout = std::fs::read_to_string(&self.stdout).unwrap_or_default();
-                return Ok(Ended { code: status.code(), stdout, stderr: self.stderr() });
+                Ok(Ended { code: status.code(), stdout, stderr: self.stderr() })
             }
-            // Wall clock: the same bound.
-            if Instant::now() >= deadline {
-                return Err(format!("did not end within {limit:?}; standard error:\n{}", self.stderr()));
-            }
-            std::thread::sleep(LOOK_EVERY);
+            None => Err(format!("did not end within {limit:?}; standard error:\n{}", self.stderr())),
         }
     }
 }
@@ -159,6 +166,22 @@ impl Ended {
 
 fn pid(child: &Child) -> Pid {
     Pid::from_child(child)
+}
+
+/// Asks until there is an answer; `None` when there is none within `limit`.
+pub fn wait_for<T>(limit: Duration, mut ask: impl FnMut() -> Option<T>) -> Option<T> {
+    // Wall clock: patience with other processes; nothing is measured.
+    let deadline = Instant::now() + limit;
+    loop {
+        if let Some(answer) = ask() {
+            return Some(answer);
+        }
+        // Wall clock: the same patience.
+        if Instant::now() >= deadline {
+            return None;
+        }
+        std::thread::sleep(LOOK_EVERY);
+    }
 }
 
 /// Path of one of our binaries, built when it is not up to date, in the profile of the running test.

@@ -1,0 +1,120 @@
+//! The programs live: processes that die, stop, or are started twice, and the latency harness end to end.
+//!
+//! Figures of time are not asserted: a loaded machine is no fault of the code. What is asserted are states, counts and exit codes.
+
+use rustix::process::{Signal, kill_process};
+use serde_json::Value;
+use std::fmt::Write;
+use std::time::Duration;
+use suture_tests::processes::{Ended, Program, Sandbox, binary, wait_for};
+
+/// Patience with a loaded machine.
+const LIMIT: Duration = Duration::from_secs(120);
+const SOLVER: &str = "deformation-solver";
+
+fn run(sandbox: &Sandbox, arguments: &[&str]) -> Program {
+    let all: Vec<&str> = ["run", "--json"].iter().chain(arguments).copied().collect();
+    sandbox.start(&binary("haptic-server"), &all)
+}
+
+fn ended(program: Program) -> Ended {
+    program.wait(LIMIT).unwrap_or_else(|message| panic!("{message}"))
+}
+
+fn summary(ended: &Ended) -> Value {
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    ended.json().unwrap_or_else(|message| panic!("{message}"))
+}
+
+/// The solver of a running server, once it is there.
+fn solver_of(server: &Program) -> rustix::process::Pid {
+    wait_for(LIMIT, || server.children(SOLVER).first().copied())
+        .unwrap_or_else(|| panic!("no solver was started: {}", server.stderr()))
+}
+
+#[test]
+fn without_options_it_runs_ends_by_itself_and_sums_up() {
+    let sandbox = Sandbox::new();
+    let summary = summary(&ended(run(&sandbox, &["--duration", "2"])));
+    let count = |key: &str| summary[key].as_u64().unwrap_or_else(|| panic!("{key} in {summary}"));
+    assert!(count("ticks") + count("missed") >= 1990, "{summary}");
+    assert!(count("solver_steps") > 0, "{summary}");
+    assert_eq!((summary["scene"].as_str(), summary["device"].as_str()), (Some("skin"), Some("simulated")));
+    for key in ["wake_ns", "compute_ns", "port_age_ns"] {
+        assert!(summary[key]["p50"].as_u64() <= summary[key]["max"].as_u64(), "{key} in {summary}");
+    }
+}
+
+#[test]
+fn a_second_server_is_refused_and_names_the_first() {
+    let sandbox = Sandbox::new();
+    let first = run(&sandbox, &["--duration", "60"]);
+    solver_of(&first);
+    let second = ended(run(&sandbox, &["--duration", "1"]));
+    assert_eq!(second.code, Some(75), "{}", second.stderr);
+    assert!(second.stderr.contains(&first.id().to_string()), "{} does not name {}", second.stderr, first.id());
+    first.signal(Signal::TERM);
+    summary(&ended(first));
+}
+
+#[test]
+fn both_stop_signals_end_with_zero_and_a_summary() {
+    for signal in [Signal::TERM, Signal::INT] {
+        let sandbox = Sandbox::new();
+        let server = run(&sandbox, &["--duration", "60"]);
+        solver_of(&server);
+        server.signal(signal);
+        let summary = summary(&ended(server));
+        assert_eq!(summary["faults"], Value::Array(Vec::new()), "{summary}");
+    }
+}
+
+#[test]
+fn a_killed_solver_is_started_again_and_the_servo_goes_on() {
+    let sandbox = Sandbox::new();
+    let server = run(&sandbox, &["--duration", "6"]);
+    let first = solver_of(&server);
+    kill_process(first, Signal::KILL).expect("the solver is there");
+    let second = wait_for(LIMIT, || server.children(SOLVER).into_iter().find(|pid| *pid != first));
+    assert!(second.is_some(), "no second solver: {}", server.stderr());
+    let summary = summary(&ended(server));
+    assert_eq!(summary["solver_restarts"], 1, "{summary}");
+    assert!(summary["solver_steps"].as_u64().is_some_and(|n| n > 0), "{summary}");
+    assert_eq!(summary["faults"], Value::Array(Vec::new()), "{summary}");
+}
+
+#[test]
+fn a_killed_server_leaves_nothing_that_hinders_the_next() {
+    let sandbox = Sandbox::new();
+    let server = run(&sandbox, &["--duration", "60"]);
+    let solver = solver_of(&server);
+    server.signal(Signal::KILL);
+    assert_eq!(ended(server).code, None);
+    let gone = wait_for(LIMIT, || rustix::process::test_kill_process(solver).is_err().then_some(()));
+    assert!(gone.is_some(), "the solver outlives its server");
+    summary(&ended(run(&sandbox, &["--duration", "1"])));
+}
+
+#[test]
+fn latency_harness_reports_every_key_for_a_trace() {
+    let sandbox = Sandbox::new();
+    let trace = sandbox.folder().join("circle.csv");
+    let mut text = String::from("TIME_S,X_MM,Y_MM,Z_MM\n");
+    for i in 0..200 {
+        let t = f64::from(i) * 0.01;
+        writeln!(text, "{t},{},{},0.0", 20.0 * t.cos(), 20.0 * t.sin()).expect("a string takes text");
+    }
+    std::fs::write(&trace, text).expect("writable");
+    let trace = trace.to_str().expect("a plain name");
+    let harness = sandbox.start(&binary("latency-harness"), &[trace, "--duration", "1.5", "--json"]);
+    let report = summary(&ended(harness));
+    assert_eq!(report["trace"], trace);
+    for key in ["wake_ns", "tick_ns", "sample_to_force_ns", "port_age_ns", "baseline_wake_ns"] {
+        assert!(report[key]["p999"].is_u64(), "{key} in {report}");
+    }
+    assert!(
+        report["ticks"].as_u64().is_some_and(|n| n > 0) && report["baseline_ticks"].as_u64().is_some_and(|n| n > 0)
+    );
+    assert!(["unfit", "fair", "good", "excellent"].contains(&report["grade"].as_str().unwrap_or_default()));
+    assert!(report["degraded"].is_boolean());
+}
