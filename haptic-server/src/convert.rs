@@ -88,7 +88,7 @@ pub fn read_hand(path: &Path, side: HandSide) -> Result<(HandFile, TraceEnd), Se
     Ok((csv::read_path(path, side)?, TraceEnd::Complete))
 }
 
-/// Whether a file begins as MCAP files do.
+/// Whether a file is called .mcap or begins as MCAP files do.
 ///
 /// # Errors
 /// 66 when it cannot be read.
@@ -97,7 +97,8 @@ pub fn starts_as_mcap(path: &Path) -> Result<bool, ServerError> {
     let mut magic = Vec::new();
     File::open(path).map_err(reading)?.take(trace::MAGIC.len() as u64).read_to_end(&mut magic).map_err(reading)?;
     // A file that was cut within the magic number is a cut MCAP file, unless it is empty.
-    Ok(!magic.is_empty() && trace::MAGIC.starts_with(&magic))
+    let begins_so = !magic.is_empty() && trace::MAGIC.starts_with(&magic);
+    Ok(begins_so || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("mcap")))
 }
 
 /// The error that names where a trace ended too early.

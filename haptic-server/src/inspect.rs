@@ -227,9 +227,15 @@ mod tests {
         let hand = write("h.csv", "TIME_S,X_M,Y_M,Z_M,BUTTONS\n0,0,0,0,0\n2.5,0,0,0,1\n");
         let found: Value = serde_json::from_str(&run(&hand, Format::Json).unwrap().text).unwrap();
         assert_eq!((&found["samples"], &found["duration_s"], &found["grips"]), (&json!(2), &json!(2.5), &json!(1)));
-        for (name, text) in [("s.toml", "kind = 1"), ("e.mcap", ""), ("x.bin", "\u{1}\u{2}")] {
+        for (name, text, says) in [
+            ("s.toml", "kind = 1", "scene check"),
+            ("e.mcap", "", "no MCAP file"),
+            ("n.mcap", "TIME_S,X_M\n", "no MCAP file"),
+            ("x.bin", "\u{1}\u{2}", "header"),
+        ] {
             let error = run(&write(name, text), Format::Text).unwrap_err();
             assert_eq!(error.exit_code(), exit::BAD_DATA, "{name}: {error}");
+            assert!(error.to_string().contains(says), "{name}: {error}");
         }
         assert_eq!(run(Path::new("absent.mcap"), Format::Text).unwrap_err().exit_code(), exit::NO_INPUT);
     }

@@ -253,7 +253,8 @@ fn record<W: Write>(
         if let Some(topics) = &mut topics
             && (now >= next_scene || is_last)
         {
-            next_scene = now + SCENE_PERIOD;
+            // Counted from the last due time, so that the pause of the ring does not lower the rate.
+            next_scene = (next_scene + SCENE_PERIOD).max(now);
             recording.outcome.refused += topics.record(&mut recording);
             if now >= next_join {
                 next_join = now + JOIN_PAUSE;

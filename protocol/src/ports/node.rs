@@ -41,6 +41,7 @@ impl PortNode {
         let config = config(run)?;
         let node_name = NodeName::new(name).map_err(|e| join_error(&e))?;
         let (sender, receiver) = sync_channel(1);
+        let held = run.clone();
         let builder = move || {
             let node = NodeBuilder::new()
                 .name(&node_name)
@@ -49,6 +50,8 @@ impl PortNode {
                 .create::<ipc::Service>();
             // The receiver is gone only after the time limit; then the node is dropped here.
             drop(sender.send(node));
+            // Until here nobody may remove the run's files.
+            drop(held);
         };
         std::thread::Builder::new().name("join-run".to_owned()).spawn(builder).map_err(|e| join_error(&e))?;
         match receiver.recv_timeout(JOIN_LIMIT) {

@@ -40,7 +40,13 @@ impl TestRun {
 impl Drop for TestRun {
     fn drop(&mut self) {
         if let Some(active) = self.active.take() {
-            drop(active.finish(&self.root));
+            let mut cleaned = active.finish(&self.root).unwrap();
+            let start = Instant::now();
+            // A joining thread that was given up may need a moment to end.
+            while !cleaned.in_use.is_empty() && start.elapsed() < PATIENCE {
+                std::thread::sleep(Duration::from_millis(10));
+                cleaned = self.root.clean().unwrap();
+            }
         }
     }
 }
@@ -269,4 +275,38 @@ fn the_successor_of_a_killed_publisher_is_picked_up_without_action() {
     }
     node.clean_up_dead();
     assert_eq!(node.clean_up_dead(), 0);
+}
+
+/// The run's segment that every joining node maps.
+fn management_segment(run: &RunDir) -> std::path::PathBuf {
+    let of_run = |path: &std::path::PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        name.starts_with(&run.prefix()) && name.ends_with("global_mgmt")
+    };
+    let mut files = std::fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap().path());
+    files.find(of_run).expect("a joined node has made it")
+}
+
+#[test]
+fn a_truncated_management_segment_ends_in_a_message_and_not_in_a_hang() {
+    let run = TestRun::start();
+    let early = run.node();
+    let segment = std::fs::OpenOptions::new().write(true).open(management_segment(run.dir())).unwrap();
+    segment.set_len(0).unwrap();
+    let error = PortNode::join(run.dir(), "late").unwrap_err();
+    assert_eq!(error, PortError::JoinTimeout { seconds: 2 });
+    // Lets the joining thread that was given up come to its end.
+    std::fs::remove_file(management_segment(run.dir())).unwrap();
+    drop(early);
+}
+
+#[test]
+fn a_run_is_independent_of_what_is_left_of_another() {
+    let first = TestRun::start();
+    let node = first.node();
+    std::fs::write(management_segment(first.dir()), [0xff; 16]).unwrap();
+    assert!(PortNode::join(first.dir(), "late").is_err());
+    let second = TestRun::start();
+    PortNode::join(second.dir(), "undisturbed").unwrap();
+    drop(node);
 }
