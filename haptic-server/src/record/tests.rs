@@ -118,6 +118,7 @@ fn the_recorder_brings_ring_and_topics_into_one_file() {
     let links = Arc::new(ServoLinks::new(PERIOD_NS, servo_setup::Recording::EveryTick));
     let file = place.path().join("session.mcap");
     let recorder = Recorder::start(&file, &origin::origin(), active.run().clone(), Arc::clone(&links)).unwrap();
+    // Wall clock: patience with the recorder thread; nothing is measured.
     let start = Instant::now();
     let mut tick = 0;
     let has_scene = |bytes: &[u8]| {

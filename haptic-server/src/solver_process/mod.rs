@@ -36,12 +36,12 @@ pub fn run(cli: &SolverCli) -> Result<(), ServerError> {
         None => RunRoot::open(&Environment::of_process())?.attach()?,
     };
     let mut session = load::session(cli)?;
-    let node = PortNode::join(&run, "deformation-solver").map_err(mended_by_restart)?;
-    let mut topics = Topics::open(&node, &session).map_err(mended_by_restart)?;
+    let node = PortNode::join(&run, "deformation-solver").map_err(|e| mended_by_restart(&e))?;
+    let mut topics = Topics::open(&node, &session).map_err(|e| mended_by_restart(&e))?;
     let mut pace = Pace::new(cli.period.unwrap_or_else(|| session.period_s()), cli.slow_down, monotonic_ns());
     let began_ns = monotonic_ns();
     while !stop.load(Ordering::Relaxed) {
-        topics.receive().map_err(mended_by_restart)?;
+        topics.receive().map_err(|e| mended_by_restart(&e))?;
         let now_ns = monotonic_ns();
         if now_ns.saturating_sub(topics.servo_time_ns().max(began_ns)) > SERVO_SILENCE_LIMIT_NS {
             return Err(ServerError::Unavailable(format!(
@@ -51,13 +51,13 @@ pub fn run(cli: &SolverCli) -> Result<(), ServerError> {
         }
         session.step(topics.servo(), topics.command(), now_ns);
         pace.note_step(now_ns, monotonic_ns());
-        topics.publish(&session, &pace).map_err(mended_by_restart)?;
+        topics.publish(&session, &pace).map_err(|e| mended_by_restart(&e))?;
         pace.wait(monotonic_ns());
     }
     Ok(())
 }
 
 /// A port that fails now may well work for the next process: its predecessor's slot is then cleaned up.
-fn mended_by_restart(error: PortError) -> ServerError {
+fn mended_by_restart(error: &PortError) -> ServerError {
     ServerError::Internal(error.to_string())
 }
