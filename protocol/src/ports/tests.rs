@@ -41,6 +41,7 @@ impl Drop for TestRun {
     fn drop(&mut self) {
         if let Some(active) = self.active.take() {
             let mut cleaned = active.finish(&self.root).unwrap();
+            // Wall clock: patience with another thread; nothing is measured.
             let start = Instant::now();
             // A joining thread that was given up may need a moment to end.
             while !cleaned.in_use.is_empty() && start.elapsed() < PATIENCE {

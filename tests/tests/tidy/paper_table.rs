@@ -13,7 +13,7 @@ const REQUIRED: [&str; 8] =
     ["Eq. (1)", "Eq. (2)", "Eq. (3)", "Algorithm 1", "Algorithm 2", "Table 1", "Table 2", "Fig. 8"];
 
 /// First words of the rows that are checked.
-const KINDS: [&str; 4] = ["Eq. ", "Algorithm ", "Table ", "Fig. "];
+const KINDS: [&str; 5] = ["Eq. ", "Algorithm ", "Table ", "Fig. ", "§"];
 
 /// Cells of one table line.
 fn cells(line: &str) -> Vec<&str> {
