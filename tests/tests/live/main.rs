@@ -2,15 +2,24 @@
 //!
 //! Figures of time are not asserted: a loaded machine is no fault of the code. What is asserted are states, counts and exit codes.
 
+mod pull;
+
 use rustix::process::{Signal, kill_process};
 use serde_json::Value;
 use std::fmt::Write;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use suture_tests::processes::{Ended, Program, Sandbox, binary, wait_for};
 
 /// Patience with a loaded machine.
 const LIMIT: Duration = Duration::from_secs(120);
 const SOLVER: &str = "deformation-solver";
+
+/// One live server at a time: two at real-time priority on two processors would disturb each other.
+fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 fn run(sandbox: &Sandbox, arguments: &[&str]) -> Program {
     let all: Vec<&str> = ["run", "--json"].iter().chain(arguments).copied().collect();
@@ -26,6 +35,18 @@ fn summary(ended: &Ended) -> Value {
     ended.json().unwrap_or_else(|message| panic!("{message}"))
 }
 
+/// What the server says when the machine stood still for 20 ticks; no fault of the code.
+const STOOD_STILL: &str = "missed too many ticks";
+
+fn stood_still(summary: &Value) -> bool {
+    summary["faults"].to_string().contains(STOOD_STILL)
+}
+
+fn assert_no_fault(summary: &Value) {
+    let faults = summary["faults"].as_array().expect("a list");
+    assert!(faults.iter().all(|f| f.as_str().is_some_and(|f| f.contains(STOOD_STILL))), "{summary}");
+}
+
 /// The solver of a running server, once it is there.
 fn solver_of(server: &Program) -> rustix::process::Pid {
     wait_for(LIMIT, || server.children(SOLVER).first().copied())
@@ -34,6 +55,7 @@ fn solver_of(server: &Program) -> rustix::process::Pid {
 
 #[test]
 fn without_options_it_runs_ends_by_itself_and_sums_up() {
+    let _alone = alone();
     let sandbox = Sandbox::new();
     let summary = summary(&ended(run(&sandbox, &["--duration", "2"])));
     let count = |key: &str| summary[key].as_u64().unwrap_or_else(|| panic!("{key} in {summary}"));
@@ -47,6 +69,7 @@ fn without_options_it_runs_ends_by_itself_and_sums_up() {
 
 #[test]
 fn a_second_server_is_refused_and_names_the_first() {
+    let _alone = alone();
     let sandbox = Sandbox::new();
     let first = run(&sandbox, &["--duration", "60"]);
     solver_of(&first);
@@ -59,18 +82,20 @@ fn a_second_server_is_refused_and_names_the_first() {
 
 #[test]
 fn both_stop_signals_end_with_zero_and_a_summary() {
+    let _alone = alone();
     for signal in [Signal::TERM, Signal::INT] {
         let sandbox = Sandbox::new();
         let server = run(&sandbox, &["--duration", "60"]);
         solver_of(&server);
         server.signal(signal);
         let summary = summary(&ended(server));
-        assert_eq!(summary["faults"], Value::Array(Vec::new()), "{summary}");
+        assert_no_fault(&summary);
     }
 }
 
 #[test]
 fn a_killed_solver_is_started_again_and_the_servo_goes_on() {
+    let _alone = alone();
     let sandbox = Sandbox::new();
     let server = run(&sandbox, &["--duration", "6"]);
     let first = solver_of(&server);
@@ -80,11 +105,12 @@ fn a_killed_solver_is_started_again_and_the_servo_goes_on() {
     let summary = summary(&ended(server));
     assert_eq!(summary["solver_restarts"], 1, "{summary}");
     assert!(summary["solver_steps"].as_u64().is_some_and(|n| n > 0), "{summary}");
-    assert_eq!(summary["faults"], Value::Array(Vec::new()), "{summary}");
+    assert_no_fault(&summary);
 }
 
 #[test]
 fn a_killed_server_leaves_nothing_that_hinders_the_next() {
+    let _alone = alone();
     let sandbox = Sandbox::new();
     let server = run(&sandbox, &["--duration", "60"]);
     let solver = solver_of(&server);
@@ -97,6 +123,7 @@ fn a_killed_server_leaves_nothing_that_hinders_the_next() {
 
 #[test]
 fn latency_harness_reports_every_key_for_a_trace() {
+    let _alone = alone();
     let sandbox = Sandbox::new();
     let trace = sandbox.folder().join("circle.csv");
     let mut text = String::from("TIME_S,X_MM,Y_MM,Z_MM\n");

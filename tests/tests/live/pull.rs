@@ -1,0 +1,126 @@
+//! The solver dies or stops in the middle of a pull: what the hand feels, tick by tick, from the recording.
+//!
+//! The limits are checked in the ticks' own terms (sequence numbers, age of the port), so that a loaded machine cannot
+//! break them: no change of the force above the slew limit, no force once the port is older than the ladder reaches, and
+//! stitches after the return. Measured times are printed, not asserted.
+
+use crate::{LIMIT, alone, assert_no_fault, ended, run, solver_of, stood_still, summary};
+use protocol::ports::{PortNode, ServoStateReader, monotonic_ns};
+use protocol::run::{Environment, RunRoot};
+use protocol::servo_state::ServoState;
+use protocol::trace::{TraceItem, TraceReader};
+use rustix::process::{Pid, Signal, kill_process};
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+use std::time::Duration;
+use suture_tests::processes::{Sandbox, wait_for};
+
+/// Slew limit of the safety stage, 500 N/s, over the longest tick that is not yet counted as two: 1.5 ms.
+const SLEW_N_PER_TICK: f64 = 0.75;
+/// Runs in which the machine stood still for 20 ticks show nothing about the solver and are repeated, this often.
+const ATTEMPTS: usize = 8;
+/// Rounding of a difference of forces.
+const ROUNDING_N: f64 = 1e-9;
+/// The ladder's end: 250 ms frozen, 100 ms of decay, and the filter's last ticks.
+const LADDER_END_NS: u64 = 380_000_000;
+/// Below this a force is none: a tenth of what an Omni's friction hides.
+const ZERO_N: f64 = 0.026;
+/// A force that is clearly a pull.
+const PULL_N: f64 = 0.15;
+
+fn force_n(state: &ServoState) -> f64 {
+    state.devices[0].force_n.iter().map(|f| f * f).sum::<f64>().sqrt()
+}
+
+/// Waits until the hand of the server in this sandbox pulls.
+fn wait_for_a_pull(sandbox: &Sandbox) {
+    let environment =
+        Environment { xdg_runtime_dir: Some(sandbox.folder().to_path_buf()), ..Environment::of_process() };
+    let root = RunRoot::open(&environment).expect("the server made its root");
+    let node = PortNode::join(&root.attach().expect("a server runs"), "pull-test").expect("a reader may come and go");
+    let mut reader = ServoStateReader::new(&node);
+    let pulls = || reader.newest().ok().flatten().filter(|state| state.mode == 4 && force_n(state) > PULL_N);
+    assert!(wait_for(LIMIT, pulls).is_some(), "the synthetic hand never pulled");
+}
+
+fn recorded(file: &Path) -> Vec<ServoState> {
+    let mut reader = TraceReader::open(BufReader::new(File::open(file).expect("recorded"))).expect("MCAP");
+    let mut states = Vec::new();
+    while let Some((_, item)) = reader.next_item().expect("a sound message") {
+        if let TraceItem::ServoState(state) = item {
+            states.push(*state);
+        }
+    }
+    states
+}
+
+/// Runs the skin, meets its solver with `fault` in a pull, and gives the recorded ticks, the time of the fault, and the
+/// summary; `None`, with a printed notice, on a machine that cannot run ten seconds without standing still.
+fn pull_with(fault: impl Fn(Pid)) -> Option<(Vec<ServoState>, u64, serde_json::Value)> {
+    for _ in 0..ATTEMPTS {
+        let sandbox = Sandbox::new();
+        let file = sandbox.folder().join("pull.mcap");
+        let server = run(&sandbox, &["--duration", "12", "--record", file.to_str().expect("a plain name")]);
+        let solver = solver_of(&server);
+        wait_for_a_pull(&sandbox);
+        let fault_ns = monotonic_ns();
+        fault(solver);
+        let summary = summary(&ended(server));
+        if !stood_still(&summary) {
+            return Some((recorded(&file), fault_ns, summary));
+        }
+        println!("the machine stood still (worst wake-up {} ns); again", summary["wake_ns"]["max"]);
+    }
+    println!("not shown: the machine stood still in {ATTEMPTS} runs out of {ATTEMPTS}; lower its load");
+    None
+}
+
+/// What holds whatever happens to the solver.
+fn check(states: &[ServoState], fault_ns: u64, summary: &serde_json::Value) {
+    assert!(states.len() > 1000, "only {} ticks were recorded", states.len());
+    for pair in states.windows(2) {
+        let ticks = pair[1].header.sequence - pair[0].header.sequence + (pair[1].missed - pair[0].missed);
+        let change =
+            (0..3).map(|d| (pair[1].devices[0].force_n[d] - pair[0].devices[0].force_n[d]).powi(2)).sum::<f64>();
+        let limit = SLEW_N_PER_TICK * ticks as f64 + ROUNDING_N;
+        assert!(change.sqrt() <= limit, "force jumps by {} N at tick {}", change.sqrt(), pair[1].header.sequence);
+    }
+    let stale = states.iter().filter(|s| s.port_sequence > 0 && s.port_age_ns > LADDER_END_NS);
+    for state in stale {
+        assert!(force_n(state) < ZERO_N, "{} N from a port {} ms old", force_n(state), state.port_age_ns / 1_000_000);
+    }
+    let zero = states.iter().find(|s| s.header.time_ns > fault_ns && force_n(s) < ZERO_N);
+    let zero_ms = zero.map(|s| (s.header.time_ns - fault_ns) as f64 / 1e6);
+    let around = |s: &&ServoState| s.header.time_ns.abs_diff(fault_ns) < 2_000_000_000;
+    let missed = states.iter().filter(around).map(|s| s.missed);
+    let (least, most) = (missed.clone().min().unwrap_or(0), missed.max().unwrap_or(0));
+    println!("no force {zero_ms:?} ms after the fault; {} ticks missed within 2 s of it", most - least);
+    assert_no_fault(summary);
+    let later = states.iter().filter(|s| s.header.time_ns > fault_ns + 2_000_000_000).map(force_n).fold(0.0, f64::max);
+    assert!(later > PULL_N, "the hand does not pull again after the fault");
+}
+
+#[test]
+fn a_solver_killed_in_a_pull_lets_the_force_fade_and_the_work_go_on() {
+    let _alone = alone();
+    let shown = pull_with(|solver| kill_process(solver, Signal::KILL).expect("the solver is there"));
+    let Some((states, fault_ns, summary)) = shown else { return };
+    check(&states, fault_ns, &summary);
+    assert_eq!(summary["solver_restarts"], 1, "{summary}");
+    assert!(states.iter().any(|s| s.header.time_ns > fault_ns && force_n(s) < ZERO_N), "the force never faded");
+}
+
+#[test]
+fn a_solver_stopped_in_a_pull_is_followed_down_the_ladder_and_back() {
+    let _alone = alone();
+    let shown = pull_with(|solver| {
+        kill_process(solver, Signal::STOP).expect("the solver is there");
+        std::thread::sleep(Duration::from_millis(700));
+        kill_process(solver, Signal::CONT).expect("the solver is there");
+    });
+    let Some((states, fault_ns, summary)) = shown else { return };
+    check(&states, fault_ns, &summary);
+    let deepest = states.iter().map(|s| s.port_age_ns).max().unwrap_or(0);
+    assert!(deepest > LADDER_END_NS, "the port never grew old: {deepest} ns");
+}
