@@ -27,6 +27,7 @@ pub mod settle;
 mod slit_path;
 pub mod solver;
 pub mod solver_params;
+pub mod spring_rows;
 pub mod stability;
 pub mod surface;
 pub mod suture_pair;

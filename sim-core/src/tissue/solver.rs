@@ -7,7 +7,6 @@
 //! Deliberately absent: clocks, what the handles do, when stitches are tied (scene, wound).
 
 use crate::tissue::constraint::{Pairs, PatchResponse};
-use crate::tissue::force;
 use crate::tissue::handle::{GraspError, Handle, HandleSlot, MAX_HANDLES};
 use crate::tissue::integrator::{NodeFactors, advance};
 use crate::tissue::link_solve::{Correction, StepView};
@@ -17,6 +16,7 @@ use crate::tissue::patch_set::{PatchId, PatchSet};
 use crate::tissue::port::{Port, PortSolver, PortView};
 use crate::tissue::regulation::Attachments;
 use crate::tissue::solver_params::{self, SolverError, SolverParams};
+use crate::tissue::spring_rows::SpringRows;
 use crate::tissue::stability::Stability;
 use crate::vector::Vec3;
 
@@ -56,6 +56,7 @@ pub struct StepReport {
 #[derive(Clone, Debug)]
 pub struct TissueSolver {
     network: SpringNetwork,
+    rows: SpringRows,
     patches: PatchSet,
     params: SolverParams,
     stability: Stability,
@@ -93,6 +94,7 @@ impl TissueSolver {
             responses: vec![PatchResponse::free(0.0); patches.len()],
             handles: std::array::from_fn(|_| None),
             ports: std::array::from_fn(|_| PortSolver::new(count)),
+            rows: SpringRows::new(&network),
             network,
             patches,
             params,
@@ -233,7 +235,7 @@ impl TissueSolver {
             }
         }
         for substep in 1..=substeps {
-            report.coincident = force::gather(&self.network, &self.state.position_m, &mut self.force_n);
+            report.coincident = self.rows.sweep(&self.state.position_m, &mut self.force_n);
             report.half_springs += self.network.half_edges.neighbour.len() as u64;
             if let Some(loads) = &stages.loads {
                 report.contained += loads.add(&self.patches, &mut self.force_n);
