@@ -7,7 +7,7 @@
 //! | hepatic vessel | 0.27 | 2 | 0.4 |
 //!
 //! The paper gives no size, mass or step. Sizes are anatomical, densities and thicknesses from tissue data;
-//! c is taken per node at the preset's own spacing.
+//! c is taken per node at the preset's own mean spacing (for the vessel: mean over its layers).
 
 use super::config::{
     AttachmentConfig, AttachmentReading, ControlConfig, ControlReading, DistanceReading, DragReading,
@@ -81,16 +81,16 @@ pub fn liver() -> SceneConfig {
     }
 }
 
-/// Hepatic vessel: a tube of 12 mm diameter with three layers and a slit of 18 mm.
+/// Hepatic vessel: a tube of 12 mm diameter with three layers and a slit of 21 mm.
 #[must_use]
 pub fn vessel() -> SceneConfig {
     SceneConfig {
         name: "vessel".into(),
-        tissue: TissueConfig::Ttsm { radius_mm: 6.0, length_mm: 36.0, wall_mm: 1.5, layers: 3, around: 32, along: 32 },
-        material: material(VESSEL, 1.2, 1060.0, 0.5),
+        tissue: TissueConfig::Ttsm { radius_mm: 6.0, length_mm: 36.0, wall_mm: 1.5, layers: 3, around: 18, along: 26 },
+        material: material(VESSEL, 1.59, 1060.0, 0.5),
         wound: wound(21.0, 2.0, 1.5),
-        suture: suture(1.5, 1.6),
-        attachment: Some(attachment(VESSEL, 4.0)),
+        suture: suture(2.0, 1.5),
+        attachment: Some(attachment(VESSEL, 4.5)),
         line: Some(line()),
         control: Some(control()),
         solver: solver(),
