@@ -1,2 +1,7 @@
-//! Looks at a running server through shared memory. Depends on `protocol` only: a viewer that is late, dead or
-//! attached ten times costs the servo nothing. Deliberately absent: drawing.
+//! Looks at a running server through shared memory and says in a terminal what it sees: servo, suturing, Table 1.
+//! Depends on `protocol` only: a viewer that is late, dead or attached ten times costs the servo nothing.
+//! Deliberately absent: drawing.
+
+pub mod app;
+pub mod feed;
+pub mod status;

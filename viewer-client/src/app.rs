@@ -1,0 +1,78 @@
+//! The program: finds the run, joins it, prints a line per interval until the server is gone.
+
+use crate::feed::Feed;
+use crate::status;
+use clap::Parser;
+use protocol::run::{Environment, RunDir, RunRoot};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// sysexits: a service is not there.
+const UNAVAILABLE: u8 = 69;
+/// sysexits: wrong usage.
+const USAGE: u8 = 64;
+/// The server counts as gone when its tick number stands still for this many lines.
+const STILL_LINES: u32 = 3;
+
+/// Looks at a running suture-surgery server and says what it sees, a line per interval.
+#[derive(Debug, Parser)]
+#[command(name = "viewer-client", version, about)]
+struct Cli {
+    /// Run directory of the server; without it the one of the running server.
+    #[arg(long, value_name = "DIR")]
+    run_dir: Option<PathBuf>,
+    /// Seconds between two lines.
+    #[arg(long, value_name = "SECONDS", default_value = "1", value_parser = interval)]
+    interval: Duration,
+}
+
+fn interval(text: &str) -> Result<Duration, String> {
+    let seconds: f64 = text.parse().map_err(|_| format!("{text:?} is not a number of seconds"))?;
+    if (0.02..=3600.0).contains(&seconds) {
+        Ok(Duration::from_secs_f64(seconds))
+    } else {
+        Err(format!("{seconds} s is outside 0.02 to 3600"))
+    }
+}
+
+/// Entry point of the binary.
+#[must_use]
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            let code = if error.use_stderr() { USAGE } else { 0 };
+            // Nothing can be done when the terminal is gone.
+            let _ = error.print();
+            return ExitCode::from(code);
+        }
+    };
+    match watch(&cli) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(sentence) => {
+            eprintln!("viewer-client: {sentence}");
+            ExitCode::from(UNAVAILABLE)
+        }
+    }
+}
+
+fn watch(cli: &Cli) -> Result<(), String> {
+    let run = match &cli.run_dir {
+        Some(path) => RunDir::open(path),
+        None => RunRoot::open(&Environment::of_process()).and_then(|root| root.attach()),
+    };
+    let mut feed = Feed::join(&run.map_err(|e| e.to_string())?).map_err(|e| e.to_string())?;
+    let (mut last_tick, mut still) = (None, 0);
+    while still < STILL_LINES {
+        std::thread::sleep(cli.interval);
+        let view = feed.look().map_err(|e| e.to_string())?;
+        println!("{}", status::line(view));
+        let tick = view.servo.as_ref().map(|s| s.ticks);
+        still = if tick == last_tick { still + 1 } else { 0 };
+        last_tick = tick;
+        feed.clean_up();
+    }
+    println!("the server is gone");
+    Ok(())
+}
