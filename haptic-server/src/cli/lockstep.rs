@@ -41,7 +41,7 @@ pub(super) fn run(args: &LockstepArgs) -> Result<RunSummary, ServerError> {
         scene: args.scene.label(),
         hand: args.hand.hand.to_string(),
         registration: std::mem::take(&mut rig.registration),
-        session: SolverSession::new(scenes).map_err(|e| scene_file::refused(&args.scene, &e))?,
+        session: SolverSession::new(&scenes).map_err(|e| scene_file::refused(&args.scene, &e))?,
         params,
         longest_s: args.duration.or(rig.ends_after_s).unwrap_or(LONGEST_S),
         ends: if args.duration.is_some() { RunEnd::AfterTime } else { RunEnd::WhenFinished },

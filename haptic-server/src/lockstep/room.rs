@@ -10,6 +10,7 @@ use protocol::servo_state::ServoState;
 use protocol::tissue_port::TissuePort;
 use protocol::wire::Message;
 use protocol::wound_report::WoundReport;
+use std::collections::VecDeque;
 
 /// A port computed at tick `n` reaches the servo at tick `n + PORT_DELAY_TICKS`: the live solver needs less than a
 /// period for a step, and the bridge less than half of one.
@@ -43,7 +44,7 @@ pub(super) struct LockstepRoom<'a> {
     tick: u64,
     next_step_ns: u64,
     port_sequence: u64,
-    pending: Option<(u64, TissuePort)>,
+    pending: VecDeque<(u64, TissuePort)>,
     stop: StopOrder,
 }
 
@@ -64,7 +65,7 @@ impl<'a> LockstepRoom<'a> {
             tick: 0,
             next_step_ns: START_NS,
             port_sequence: 0,
-            pending: None,
+            pending: VecDeque::new(),
             stop: StopOrder::GoOn,
         }
     }
@@ -88,15 +89,18 @@ impl<'a> LockstepRoom<'a> {
             let mut port = *self.session.port();
             port.publish_ns = now;
             port.stamp(self.port_sequence, now);
-            self.pending = Some((self.tick + PORT_DELAY_TICKS, port));
+            self.pending.push_back((self.tick + PORT_DELAY_TICKS, port));
             self.next_step_ns += (self.session.period_s() * 1e9).round() as u64;
         }
     }
 
+    /// The newest port that has arrived.
     fn due_port(&mut self) -> Option<TissuePort> {
-        let due = self.pending.filter(|(tick, _)| *tick <= self.tick)?;
-        self.pending = None;
-        Some(due.1)
+        let mut newest = None;
+        while self.pending.front().is_some_and(|(tick, _)| *tick <= self.tick) {
+            newest = self.pending.pop_front().map(|(_, port)| port);
+        }
+        newest
     }
 }
 

@@ -13,7 +13,7 @@ use protocol::servo_state::HandleState;
 use protocol::tissue_port::{HANDLE_FREE, HANDLE_HELD, HANDLE_LINKED, HANDLE_PULLED, HandlePort, TissuePort};
 use sim_core::kinematics::coupling::{self, StylusState};
 use sim_core::kinematics::integrate::NodeState;
-use sim_core::kinematics::line_pull::LineParams;
+use sim_core::kinematics::line_pull::{LineParams, measure};
 use sim_core::kinematics::port_tick::{AffinePort, PortRung, TickFlags, tick_held, tick_pulled};
 use sim_core::vector::{Mat3, Vec3};
 
@@ -62,6 +62,8 @@ pub struct Handles {
     params: CouplingParams,
     handles: [Handle; HANDLES_PER_DEVICE],
     context: Option<Context>,
+    /// Rest length to which the line has slipped in this grip, metres; the port's own counts if it is longer.
+    slipped_to_m: f64,
     last_rung: Rung,
 }
 
@@ -82,7 +84,7 @@ impl Handles {
             is_outside_trust: false,
             news: HandleNews::default(),
         };
-        Self { params, handles: [free; HANDLES_PER_DEVICE], context: None, last_rung: Rung::None }
+        Self { params, handles: [free; HANDLES_PER_DEVICE], context: None, slipped_to_m: 0.0, last_rung: Rung::None }
     }
 
     /// Takes over a new, validated port.
@@ -94,6 +96,12 @@ impl Handles {
             capstan_ratio: port.capstan_ratio,
         };
         let last = self.context.replace(new);
+        if last.is_none_or(|c| c.epoch != new.epoch) {
+            self.slipped_to_m = 0.0;
+        }
+        if let Some(context) = &mut self.context {
+            context.line_rest_length_m = context.line_rest_length_m.max(self.slipped_to_m);
+        }
         let is_new_scene = last.is_none_or(|c| c.scene_generation != new.scene_generation);
         let is_new_anchor = last.is_none_or(|c| c.epoch != new.epoch) || self.last_rung != Rung::Affine;
         for (handle, from) in self.handles.iter_mut().zip(&port.handles) {
@@ -108,6 +116,20 @@ impl Handles {
                 }
                 handle.anchor = affine(from);
             }
+        }
+    }
+
+    /// Lets the grip slip to where the stylus is: no coupling force, no tension.
+    pub fn slip(&mut self, stylus_m: Vec3) {
+        for handle in &mut self.handles {
+            handle.offset_m = stylus_m - handle.node.position_m;
+        }
+        let [near, partner] = &self.handles;
+        if let Some(context) = &mut self.context {
+            context.line_rest_length_m = measure(stylus_m, near.node.position_m, partner.node.position_m)
+                .length_m
+                .max(context.line_rest_length_m);
+            self.slipped_to_m = context.line_rest_length_m;
         }
     }
 

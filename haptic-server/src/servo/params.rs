@@ -220,8 +220,9 @@ impl ServoParams {
             ("safety.peak_force_n", peak, 0.0, 50.0),
             ("safety.continuous_force_n", s.continuous_force_n, 0.0, s.peak_force_n),
             ("safety.peak_hold_s", s.peak_hold_s, 0.01, 600.0),
-            ("safety.slew_n_per_s", s.slew_n_per_s, 1.0, 5_000.0),
-            ("safety.filter_hz", s.filter_hz, 1.0, 100_000.0),
+            // Slower ones could not bring the peak to zero within a stop or a decay.
+            ("safety.slew_n_per_s", s.slew_n_per_s, peak / r.stop_s.min(l.decay_s).max(1e-3), 5_000.0),
+            ("safety.filter_hz", s.filter_hz, 50.0, 100_000.0),
             ("safety.bad_force_ticks", f64::from(s.bad_force_ticks), 1.0, 20.0),
             ("ladder.solver_period_s", l.solver_period_s, 0.0005, 0.025),
             ("ladder.affine_periods", l.affine_periods, 1.0, 10.0),

@@ -25,6 +25,8 @@ use sim_core::vector::Vec3;
 
 /// A press of this button (the back one) re-arms after a fault; the front one sutures.
 const REARM_BUTTON: usize = 1;
+/// A stop order is fulfilled when less than this is left; the device's own zero then makes no step that can be felt.
+const STOPPED_N: f64 = 1e-3;
 /// Longer ticks integrate as this many periods; the rest of the time is lost, not made up for.
 const LONGEST_TICK_PERIODS: f64 = 20.0;
 
@@ -106,6 +108,9 @@ impl Servo {
             position_m: s.position_m,
             velocity_m_per_s: s.velocity_m_per_s,
         });
+        if self.gives_no_force(step.rung) {
+            self.handles.slip(stylus.position_m);
+        }
         let wanted = match answer.sample {
             Some(_) => self.handles.tick(stylus, step.rung, dt_s),
             None => Vec3::zeros(),
@@ -129,6 +134,12 @@ impl Servo {
         TickOutput { command: released.command, events: news.batch, clips: released.clips }
     }
 
+    /// Whether the hand is given no force: then it pulls at nothing either, the grip slips. Otherwise a hand that
+    /// feels nothing would drag the tissue by whatever it moves.
+    fn gives_no_force(&self, rung: Rung) -> bool {
+        matches!(self.machine.mode(), Mode::Init | Mode::Monitor | Mode::Armed | Mode::Fault) || rung == Rung::None
+    }
+
     /// The servo after the last tick.
     #[must_use]
     pub fn state(&self) -> &ServoState {
@@ -144,8 +155,9 @@ impl Servo {
     /// Whether a stop order has been followed to its end: the force is zero.
     #[must_use]
     pub fn is_stopped(&self) -> bool {
-        // The low-pass needs a few more ticks than the gain to come to rest.
-        self.stopping_s.is_some_and(|s| s >= 1.2 * self.params.rhythm.stop_s)
+        // Late ticks count more time than the slew limit allows force: the force itself decides.
+        let faded = self.stopping_s.is_some_and(|s| s >= self.params.rhythm.stop_s);
+        faded && self.stage.last_force().norm() < STOPPED_N
     }
 
     /// What the hand sees: the newest port.

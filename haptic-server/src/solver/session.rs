@@ -40,7 +40,7 @@ impl SolverSession {
     ///
     /// # Errors
     /// [`SceneError`] when a scene cannot be built.
-    pub fn new(sources: Vec<SceneSource>) -> Result<Self, SceneError> {
+    pub fn new(sources: &[SceneSource]) -> Result<Self, SceneError> {
         let procedure = Procedure::new(sources)?;
         let mut session = Self { procedure, port: TissuePort::EMPTY, report: WoundReport::EMPTY, refusal: None };
         session.describe(0, 0);

@@ -17,7 +17,7 @@ const MOST_GENERATIONS: u32 = 1000;
 pub(super) fn session(cli: &SolverCli) -> Result<SolverSession, ServerError> {
     let scenes = scene_file::chosen(&cli.scene)?;
     let count = u32::try_from(scenes.len()).unwrap_or(u32::MAX);
-    let mut session = SolverSession::new(scenes).map_err(|e| scene_file::refused(&cli.scene, &e))?;
+    let mut session = SolverSession::new(&scenes).map_err(|e| scene_file::refused(&cli.scene, &e))?;
     let mut command = |command, times| {
         for _ in 0..times {
             session.step(None, Some(&SessionCommand { command, ..SessionCommand::EMPTY }), 0);

@@ -50,14 +50,11 @@ pub struct ProcedureRow {
     pub row: LedgerRow,
 }
 
-/// The scenes and where we are in them.
+/// The scenes and where we are in them. All are built at load, so that going to another one takes no time.
 #[derive(Clone, Debug)]
 pub struct Procedure {
-    sources: Vec<SceneSource>,
+    scenes: Vec<Scene>,
     current: usize,
-    scene: Scene,
-    kept: Vec<Vec<ProcedureRow>>,
-    points_taken: Vec<u32>,
     control: Option<ControlMode>,
     generation: u32,
     idle_steps: u64,
@@ -65,29 +62,17 @@ pub struct Procedure {
 }
 
 impl Procedure {
-    /// Loads the first scene.
+    /// Builds every scene and begins with the first.
     ///
     /// # Errors
-    /// [`SceneError`] when there is no scene or one of them cannot be built; all are built once here, so
-    /// that a later scene cannot fail in the middle of a session.
-    pub fn new(sources: Vec<SceneSource>) -> Result<Self, SceneError> {
-        for later in sources.iter().skip(1) {
-            Scene::new(&later.config, later.mesh.as_ref())?;
+    /// [`SceneError`] when there is no scene or one of them cannot be built.
+    pub fn new(sources: &[SceneSource]) -> Result<Self, SceneError> {
+        if sources.is_empty() {
+            return Err(SceneError::NoScene);
         }
-        let first = sources.first().ok_or(SceneError::NoScene)?;
-        let scene = load(first, None)?;
-        let count = sources.len();
-        Ok(Self {
-            sources,
-            current: 0,
-            scene,
-            kept: vec![Vec::new(); count],
-            points_taken: vec![0; count],
-            control: None,
-            generation: 1,
-            idle_steps: 0,
-            total_steps: 0,
-        })
+        let scenes: Result<Vec<Scene>, SceneError> =
+            sources.iter().map(|s| Scene::new(&s.config, s.mesh.as_ref())).collect();
+        Ok(Self { scenes: scenes?, current: 0, control: None, generation: 1, idle_steps: 0, total_steps: 0 })
     }
 
     /// The paper's liver surgery: skin, liver, hepatic vessel.
@@ -99,21 +84,21 @@ impl Procedure {
     /// The scene at work.
     #[must_use]
     pub fn scene(&self) -> &Scene {
-        &self.scene
+        &self.scenes[self.current]
     }
 
     /// The scene at work, to measure its ports.
     pub fn scene_mut(&mut self) -> &mut Scene {
-        &mut self.scene
+        &mut self.scenes[self.current]
     }
 
     /// Index of the scene at work, and number of scenes.
     #[must_use]
     pub fn progress(&self) -> (usize, usize) {
-        (self.current, self.sources.len())
+        (self.current, self.scenes.len())
     }
 
-    /// Counts loads and restores.
+    /// Counts scene changes and restores.
     #[must_use]
     pub fn generation(&self) -> u32 {
         self.generation
@@ -128,34 +113,32 @@ impl Procedure {
     /// Suture points that the hand took, in all scenes.
     #[must_use]
     pub fn points_taken(&self) -> u32 {
-        let others = self.points_taken.iter().enumerate().filter(|(i, _)| *i != self.current).map(|(_, n)| n);
-        others.sum::<u32>() + self.scene.suturing().points_taken()
+        self.scenes.iter().map(|s| s.suturing().points_taken()).sum()
     }
 
-    /// Table 1 of all scenes in order: rows of scenes that were left stay as they were then.
+    /// Table 1 of all scenes in order: a scene that was left stays as it was then.
     pub fn rows(&self) -> impl Iterator<Item = ProcedureRow> + '_ {
-        let kind_code = self.scene.kind_code();
-        let live = self.scene.ledger_rows().iter().map(move |row| ProcedureRow { kind_code, row: *row });
-        let before = self.kept[..self.current].iter().flatten().copied();
-        let after = self.kept[self.current + 1..].iter().flatten().copied();
-        before.chain(live).chain(after)
+        self.scenes.iter().flat_map(|scene| {
+            let kind_code = scene.kind_code();
+            scene.ledger_rows().iter().map(move |row| ProcedureRow { kind_code, row: *row })
+        })
     }
 
     /// Whether the last scene is done.
     #[must_use]
     pub fn finished(&self) -> bool {
-        self.current + 1 == self.sources.len() && self.scene_done()
+        self.current + 1 == self.scenes.len() && self.scene_done()
     }
 
     /// One step; goes on to the next scene when this one is done.
     pub fn step(&mut self, servo: Option<&ServoInput>) {
-        self.scene.step(servo);
+        let scene = &mut self.scenes[self.current];
+        scene.step(servo);
         self.total_steps += 1;
-        let idle = self.scene.suturing().stage() == Stage::Done && self.scene.grips().iter().next().is_none();
+        let idle = scene.suturing().stage() == Stage::Done && scene.grips().iter().next().is_none();
         self.idle_steps = if idle { self.idle_steps + 1 } else { 0 };
-        if self.current + 1 < self.sources.len() && self.scene_done() {
-            // Every scene was built once in `new`: a failure here leaves the present scene at work.
-            let _ = self.go_to(self.current + 1);
+        if self.current + 1 < self.scenes.len() && self.scene_done() {
+            self.go_to(self.current + 1);
         }
     }
 
@@ -165,51 +148,35 @@ impl Procedure {
     /// Why it is refused, as a sentence.
     pub fn request(&mut self, request: SessionRequest) -> Result<(), &'static str> {
         match request {
-            SessionRequest::Restore => {
-                self.scene.restore();
-                self.generation = self.generation.wrapping_add(1);
-                self.idle_steps = 0;
-                Ok(())
-            }
-            SessionRequest::Next if self.current + 1 == self.sources.len() => Err("this is the last scene"),
+            SessionRequest::Restore => self.go_to(self.current),
+            SessionRequest::Next if self.current + 1 == self.scenes.len() => return Err("this is the last scene"),
             SessionRequest::Next => self.go_to(self.current + 1),
-            SessionRequest::Previous if self.current == 0 => Err("this is the first scene"),
+            SessionRequest::Previous if self.current == 0 => return Err("this is the first scene"),
             SessionRequest::Previous => self.go_to(self.current - 1),
-            SessionRequest::Tie => self.scene.tie(),
-            SessionRequest::Control(mode) if self.scene.set_control_mode(mode) => {
-                self.control = Some(mode);
-                Ok(())
-            }
-            SessionRequest::Control(_) => Err("this scene has no suture control"),
+            SessionRequest::Tie => self.scene_mut().tie()?,
+            SessionRequest::Control(mode) if self.scene_mut().set_control_mode(mode) => self.control = Some(mode),
+            SessionRequest::Control(_) => return Err("this scene has no suture control"),
         }
+        Ok(())
     }
 
     fn scene_done(&self) -> bool {
-        let suturing = self.scene.suturing();
+        let suturing = self.scene().suturing();
         let linger_s = if suturing.drags() < suturing.stitches() { LINGER_S } else { LINGER_AFTER_PULLS_S };
-        self.idle_steps as f64 * self.scene.solver().params().period_s >= linger_s
+        self.idle_steps as f64 * self.scene().solver().params().period_s >= linger_s
     }
 
-    fn go_to(&mut self, index: usize) -> Result<(), &'static str> {
-        let scene = load(&self.sources[index], self.control).map_err(|_| "the scene cannot be loaded")?;
-        let kind_code = self.scene.kind_code();
-        self.kept[self.current] =
-            self.scene.ledger_rows().iter().map(|row| ProcedureRow { kind_code, row: *row }).collect();
-        self.points_taken[self.current] = self.scene.suturing().points_taken();
-        self.kept[index].clear();
-        self.scene = scene;
+    /// Begins a scene from its start; the one that is left lets go of the hand and keeps its ledger.
+    fn go_to(&mut self, index: usize) {
+        self.scenes[self.current].let_go();
+        let scene = &mut self.scenes[index];
+        scene.restore();
+        if let Some(mode) = self.control {
+            // A scene without control has nothing to switch.
+            scene.set_control_mode(mode);
+        }
         self.current = index;
         self.generation = self.generation.wrapping_add(1);
         self.idle_steps = 0;
-        Ok(())
     }
-}
-
-fn load(source: &SceneSource, control: Option<ControlMode>) -> Result<Scene, SceneError> {
-    let mut scene = Scene::new(&source.config, source.mesh.as_ref())?;
-    if let Some(mode) = control {
-        // A scene without control has nothing to switch.
-        scene.set_control_mode(mode);
-    }
-    Ok(scene)
 }

@@ -121,6 +121,11 @@ impl Scene {
         self.measure_places();
     }
 
+    /// Lets go of everything the hand holds.
+    pub fn let_go(&mut self) {
+        self.grips.let_go(&mut self.solver);
+    }
+
     /// One step of the solver's period.
     pub fn step(&mut self, servo: Option<&ServoInput>) -> StepReport {
         if let Some(input) = servo {

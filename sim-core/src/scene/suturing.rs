@@ -164,10 +164,10 @@ impl Suturing {
         self.drags
     }
 
-    /// Back to the start; counters of the hand and of points taken go on.
+    /// Back to the start; only the count of points taken goes on. What the hand did meanwhile is not made up for.
     pub fn restart(&mut self) {
         let fresh = Self::new(self.tied.len(), self.capture_radius_m);
-        *self = Self { points_taken: self.points_taken, seen: self.seen, ..fresh };
+        *self = Self { points_taken: self.points_taken, ..fresh };
     }
 
     /// The pair and side that the hand should reach for next. After the last stitch: the tied right
@@ -182,12 +182,18 @@ impl Suturing {
         }
     }
 
-    /// Takes in what the hand did. At most two events: a press and the release that follows it.
+    /// Takes in what the hand did. At most two events, in the order of the edges: a hand whose button was up pressed
+    /// first, one whose button was down released first.
     pub fn advance(&mut self, hand: &HandInput, places: &[PairPlace]) -> [Option<SuturingEvent>; 2] {
+        let was_down = self.seen.is_some_and(|(p, r)| p != r);
         let (presses, releases) = self.edges(hand);
-        let pressed = if presses > 0 { self.press(hand.position_m, places) } else { None };
-        let released = if releases > 0 { self.release(places) } else { None };
-        [pressed, released]
+        let press = |s: &mut Self| if presses > 0 { s.press(hand.position_m, places) } else { None };
+        if was_down {
+            let released = if releases > 0 { self.release(places) } else { None };
+            return [released, press(self)];
+        }
+        let pressed = press(self);
+        [pressed, if releases > 0 { self.release(places) } else { None }]
     }
 
     /// Ties the stitch in hand now.

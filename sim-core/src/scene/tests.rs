@@ -92,7 +92,7 @@ fn restore_brings_back_the_start_to_the_bit() {
 #[test]
 fn a_procedure_goes_forth_and_back_and_refuses_what_is_not_there() {
     let sources = [presets::skin(), presets::vessel()].map(|config| SceneSource { config, mesh: None });
-    let mut procedure = Procedure::new(sources.into()).unwrap();
+    let mut procedure = Procedure::new(&sources).unwrap();
     assert!(procedure.request(SessionRequest::Previous).is_err());
     assert!(procedure.request(SessionRequest::Tie).is_err());
     procedure.request(SessionRequest::Next).unwrap();
@@ -100,7 +100,7 @@ fn a_procedure_goes_forth_and_back_and_refuses_what_is_not_there() {
     assert!(procedure.request(SessionRequest::Next).is_err());
     procedure.request(SessionRequest::Previous).unwrap();
     assert_eq!((procedure.progress(), procedure.generation()), ((0, 2), 3));
-    assert_eq!(Procedure::new(Vec::new()).unwrap_err(), SceneError::NoScene);
+    assert_eq!(Procedure::new(&[]).unwrap_err(), SceneError::NoScene);
 }
 
 #[test]

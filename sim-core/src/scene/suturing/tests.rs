@@ -27,12 +27,12 @@ fn a_stitch_goes_left_right_pull_tie() {
     let mut s = started(2);
     let open = places(0.008);
     assert_eq!(s.advance(&at(open[0].left_m, 1, 0), &open), [Some(SuturingEvent::LeftTaken(0)), None]);
-    assert_eq!(s.advance(&at(open[0].left_m, 1, 1), &open), [None, Some(SuturingEvent::LeftReleased(0))]);
+    assert_eq!(s.advance(&at(open[0].left_m, 1, 1), &open), [Some(SuturingEvent::LeftReleased(0)), None]);
     assert_eq!(s.advance(&at(open[0].right_m, 2, 1), &open), [Some(SuturingEvent::LineTaken(0)), None]);
-    assert_eq!(s.advance(&at(open[0].right_m, 2, 2), &open), [None, Some(SuturingEvent::LineReleased(0))]);
+    assert_eq!(s.advance(&at(open[0].right_m, 2, 2), &open), [Some(SuturingEvent::LineReleased(0)), None]);
     assert_eq!(s.stage(), Stage::LineFree);
     assert_eq!(s.advance(&at(open[0].right_m, 3, 2), &open)[0], Some(SuturingEvent::LineTaken(0)));
-    assert_eq!(s.advance(&at(open[0].right_m, 3, 3), &places(0.003))[1], Some(SuturingEvent::Tied(0)));
+    assert_eq!(s.advance(&at(open[0].right_m, 3, 3), &places(0.003))[0], Some(SuturingEvent::Tied(0)));
     assert_eq!((s.stage(), s.stitches(), s.pair(), s.points_taken()), (Stage::Idle, 1, 1, 2));
 }
 
@@ -81,5 +81,16 @@ fn a_tied_point_can_be_dragged() {
     assert_eq!(s.stage(), Stage::Done);
     let events = s.advance(&at(closed[0].right_m, 3, 2), closed);
     assert_eq!(events[0], Some(SuturingEvent::DragBegun(0, Side::Right)));
-    assert_eq!(s.advance(&at(closed[0].right_m, 3, 3), closed)[1], Some(SuturingEvent::DragEnded(0)));
+    assert_eq!(s.advance(&at(closed[0].right_m, 3, 3), closed)[0], Some(SuturingEvent::DragEnded(0)));
+}
+
+#[test]
+fn a_hand_that_was_down_released_before_it_pressed_again() {
+    let mut s = started(2);
+    let open = places(0.008);
+    s.advance(&at(open[0].left_m, 1, 0), &open);
+    // A late step sees the release and the press on the partner at once.
+    let events = s.advance(&at(open[0].right_m, 2, 1), &open);
+    assert_eq!(events, [Some(SuturingEvent::LeftReleased(0)), Some(SuturingEvent::LineTaken(0))]);
+    assert_eq!(s.stage(), Stage::LinePulled);
 }
