@@ -249,14 +249,17 @@ enum Operand {
     Search,
 }
 
-/// Pairs that act on the patch, with the other patch giving way by itself.
+/// Pairs that act on the patch, with the other patch giving way by itself. When the other is prescribed too, its
+/// own port sees the same pair: the two ports together must bear `[[K, −K], [−K, K]] ≤ diag(2K, 2K)`, so each
+/// takes `2K`.
 fn add_pairs(patch: PatchId, view: &PortView<'_>, found: &mut Condensed) {
     let Some(pairs) = view.pairs else { return };
     for (other, n, stiffness) in pairs.acting_on(patch) {
         let members = view.patches.nodes(other).iter().zip(view.patches.weights(other));
         let gives = members.fold(0.0, |sum, (&node, &w)| sum + w * w * local_mobility(node, n, view));
         let limit = if gives > 0.0 { HARD_RATIO / gives } else { view.hard_limit_n_per_m(patch) };
-        let k = stiffness.min(limit);
+        let shared = if gives > 0.0 { 1.0 } else { 2.0 };
+        let k = shared * stiffness.min(limit);
         found.held += n * n.transpose() * k;
         found.step += n * n.transpose() / (1.0 / k + gives);
     }

@@ -14,9 +14,10 @@ use crate::tissue::network::TissueState;
 use crate::tissue::patch_set::{PatchId, PatchSet};
 use crate::vector::{Mat3, Vec3};
 
-/// A hard link (β = 0) of a shared follower counts as this many times the follower's own `1/μ`: hard
-/// to nine digits, and still well within what a 3 × 3 Cholesky factor resolves.
-const HARD_STIFFNESS_RATIO: f64 = 1e9;
+/// A link of a shared follower is at most this many times as stiff as the follower's own `1/μ`. Hard links
+/// (β = 0) that contradict each other keep their overshoot, and their force is overshoot × stiffness: 100
+/// leaves 1 % of an overshoot that can be undone and keeps that force finite, as in `condensation`.
+const HARD_STIFFNESS_RATIO: f64 = 100.0;
 
 /// Followers closer to the suture point than this have no direction, metres.
 const COINCIDENT_M: f64 = 1e-9;

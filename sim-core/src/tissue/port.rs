@@ -79,12 +79,33 @@ pub(crate) struct PortView<'a> {
     pub(crate) substep_s: f64,
 }
 
+/// What of the constraints acts on a patch: when it changes, the kept stiffness is that of another system.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct ActiveSet {
+    pairs: u32,
+    pair_stiffness_n_per_m: f64,
+    links: u32,
+}
+
+impl ActiveSet {
+    fn of(handle: &Handle, view: &PortView<'_>) -> Self {
+        let mut set = Self::default();
+        for (_, _, stiffness) in view.pairs.iter().flat_map(|p| p.acting_on(handle.patch)) {
+            set.pairs += 1;
+            set.pair_stiffness_n_per_m += stiffness;
+        }
+        let own = view.attachments.and_then(|a| a.of_patch(handle.patch).map(|index| a.pulling(index)));
+        set.links = own.map_or(0, |links| links.count() as u32);
+        set
+    }
+}
+
 /// Port of one handle slot with its kept condensation.
 #[derive(Clone, Debug)]
 pub(crate) struct PortSolver {
     condensation: Condensation,
     age_steps: u32,
-    kept: Option<Condensed>,
+    kept: Option<(ActiveSet, Condensed)>,
     enclosed: bool,
 }
 
@@ -137,10 +158,11 @@ impl PortSolver {
         }
     }
 
-    /// Step and one-ring stiffness: kept ones while they are young, else new ones.
+    /// Step and one-ring stiffness: kept ones while they are young and the same constraints act, else new ones.
     fn stiffness(&mut self, handle: &Handle, ring: Mat3, view: &PortView<'_>, params: &PortParams) -> Condensed {
         self.age_steps += 1;
-        if let Some(kept) = self.kept.filter(|_| self.age_steps < params.refresh_steps) {
+        let active = ActiveSet::of(handle, view);
+        if let Some((_, kept)) = self.kept.filter(|(was, _)| self.age_steps < params.refresh_steps && *was == active) {
             return kept;
         }
         if !self.enclosed {
@@ -156,7 +178,7 @@ impl PortSolver {
             Mat3::identity() * most
         };
         self.age_steps = 0;
-        *self.kept.insert(Condensed { step, held })
+        self.kept.insert((active, Condensed { step, held })).1
     }
 }
 

@@ -5,8 +5,9 @@
 //! - [`ControlMode::Paper`]: the points jump along their line, each half way, to the distance `D_o`, whether the stitch has opened
 //!   or tightened; repeated until nothing is left, at most as many passes as there are rows.
 //! - [`ControlMode::Sound`]: only a stitch that has opened is held, by a compliant constraint whose target starts at `D_c`
-//!   (no force) and sinks to `D_o` at a limited speed; hysteresis 10 % / 5 %; the force is recorded, and where it reaches what tissue
-//!   bears, the stitch is let go for good and says so.
+//!   (no force) and sinks to `D_o` at a limited speed; hysteresis: above 10 % it closes, at 5 % the target freezes and goes on
+//!   holding; the force is recorded, and where it stays for [`TEAR_TIME_S`] at what tissue bears, the stitch is let go for good
+//!   and says so.
 //!
 //! Deliberately absent: the constraint itself (tissue solver), moving nodes, and hiding a tear.
 
@@ -39,6 +40,11 @@ pub struct ControlParams {
     pub max_holding_force_n: f64,
 }
 
+/// The holding force must stand at the limit for this long without a break before the stitch is let go, seconds.
+/// One sub-step's tension of a hold of 20 kN/m is mostly the drag of the nodes that it moves; drag is gone after a
+/// few steps, a load that tears is not.
+pub const TEAR_TIME_S: f64 = 0.05;
+
 impl Default for ControlParams {
     fn default() -> Self {
         Self {
@@ -66,7 +72,7 @@ pub struct ControlTarget {
     pub target_m: f64,
     /// Stiffness, newtons per metre.
     pub stiffness_n_per_m: f64,
-    /// Largest force, newtons; the stitch is let go when it is reached.
+    /// Largest force, newtons; the stitch is let go when it stays there for [`TEAR_TIME_S`].
     pub max_force_n: f64,
 }
 
@@ -122,6 +128,8 @@ pub struct WoundControl {
     mode: ControlMode,
     params: ControlParams,
     holds: [Hold; LEDGER_CAPACITY],
+    /// How long each row's hold has been at its limit.
+    at_limit_s: [f64; LEDGER_CAPACITY],
     targets: Vec<ControlTarget>,
     corrections: Vec<ControlCorrection>,
     events: Vec<ControlEvent>,
@@ -135,6 +143,7 @@ impl WoundControl {
             mode,
             params,
             holds: [Hold::None; LEDGER_CAPACITY],
+            at_limit_s: [0.0; LEDGER_CAPACITY],
             targets: Vec::with_capacity(LEDGER_CAPACITY),
             corrections: Vec::with_capacity(LEDGER_CAPACITY),
             events: Vec::with_capacity(LEDGER_CAPACITY),
@@ -150,6 +159,7 @@ impl WoundControl {
     /// Changes the mode; what the sound mode holds is let go, what was pulled through stays so.
     pub fn set_mode(&mut self, mode: ControlMode) {
         self.mode = mode;
+        self.at_limit_s = [0.0; LEDGER_CAPACITY];
         for hold in &mut self.holds {
             if *hold != Hold::PulledThrough {
                 *hold = Hold::None;
@@ -160,6 +170,7 @@ impl WoundControl {
     /// Forgets all stitches (scene restored); keeps the memory.
     pub fn clear(&mut self) {
         self.holds = [Hold::None; LEDGER_CAPACITY];
+        self.at_limit_s = [0.0; LEDGER_CAPACITY];
     }
 
     /// One supervision of all stitches in the ledger, whose current columns must be up to date.
@@ -204,7 +215,10 @@ impl WoundControl {
         let held = matches!(self.holds[index], Hold::Closing(_) | Hold::Settled(_));
         if held {
             ledger.note_holding_force(index, force_n);
-            if force_n >= params.max_holding_force_n {
+            let at_limit_s = &mut self.at_limit_s[index];
+            *at_limit_s = if force_n >= params.max_holding_force_n { *at_limit_s + dt_s } else { 0.0 };
+            // Half a step against the rounding of the sum.
+            if *at_limit_s > 0.0 && *at_limit_s + 0.5 * dt_s >= TEAR_TIME_S {
                 self.holds[index] = Hold::PulledThrough;
                 ledger.history_mut(index).pulled_through = true;
                 self.events.push(ControlEvent::PulledThrough { row: index, force_n });

@@ -5,6 +5,7 @@
 //! static stiffness ≤ S ≤ one-ring stiffness, and fewer rings never give less.
 
 use super::{Net, SKIN, even_patches};
+use crate::tissue::constraint::{PairConstraint, PairSense, Pairs};
 use crate::tissue::energy::spring_j;
 use crate::tissue::force::{gather, spring_stiffness};
 use crate::tissue::handle::HandleSlot;
@@ -260,4 +261,42 @@ fn mass_drag_and_place_are_those_of_the_patch_and_kept_stiffness_is_refreshed() 
     }
     assert!(seen[0] == seen[1] && seen[1] == seen[2] && seen[2] != seen[3], "{seen:?}");
     assert_eq!(solver.port(HandleSlot(1), &stages), None);
+}
+
+#[test]
+fn kept_stiffness_is_dropped_as_soon_as_the_links_let_go() {
+    let mut stages = attached();
+    let mut solver = pulled(PortParams { refresh_steps: 1000, ..precise(2) }, &mut stages);
+    let linked = port(&mut solver, &stages).one_ring_n_per_m;
+    assert_eq!(port(&mut solver, &stages).one_ring_n_per_m, linked, "young and unchanged: kept");
+    stages.attachments.as_mut().unwrap().engage(0, Engagement::Idle);
+    let free = port(&mut solver, &stages).one_ring_n_per_m;
+    assert!(free.trace() < linked.trace(), "{free} {linked}");
+}
+
+#[test]
+fn two_ports_of_one_pair_bear_its_joint_stiffness() {
+    // Two single nodes without springs, both held, 20 mm apart, pulled to 10 mm by a pair of 300 N/m.
+    let stiffness_n_per_m = 300.0;
+    let network = super::dust(&[Vec3::zeros(), Vec3::new(0.02, 0.0, 0.0)], 1e-3, 3.0);
+    let patches = even_patches(2, &[vec![0], vec![1]]);
+    let mut pairs = Pairs::with_capacity(1);
+    let (a, b, sense) = (PatchId(0), PatchId(1), PairSense::PullOnly);
+    let pair = PairConstraint { a, b, target_m: 0.01, stiffness_n_per_m, max_force_n: 100.0, sense };
+    pairs.push(&patches, pair).unwrap();
+    let mut stages = Stages { pairs: Some(pairs), ..Stages::default() };
+    let mut solver = TissueSolver::new(network, patches, SolverParams::with_period(PERIOD_S)).unwrap();
+    let along = |slot: usize, solver: &mut TissueSolver, stages: &Stages| {
+        let port = solver.port(HandleSlot(slot), stages).unwrap();
+        (port.step_stiffness_n_per_m.m11, port.one_ring_n_per_m.m11)
+    };
+    solver.grasp(HandleSlot(0), PatchId(0)).unwrap();
+    solver.grasp(HandleSlot(1), PatchId(1)).unwrap();
+    solver.step(&mut stages);
+    // With both ends prescribed [[K, −K], [−K, K]] has the eigenvalue 2K: each port alone must bear it.
+    for slot in 0..2 {
+        let (step, held) = along(slot, &mut solver, &stages);
+        assert!((step - 2.0 * stiffness_n_per_m).abs() < 1e-9, "{step}");
+        assert!((held - 2.0 * stiffness_n_per_m).abs() < 1e-9, "{held}");
+    }
 }

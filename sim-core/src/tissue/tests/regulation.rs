@@ -206,7 +206,7 @@ fn beta_one_changes_no_bit_and_an_idle_attachment_neither() {
 fn infeasible_hard_links_meet_in_the_middle_in_any_order() {
     // Two suture points 50 mm apart, each allowing 20 mm: the follower belongs at 25 mm.
     let places = [Vec3::zeros(), Vec3::new(0.05, 0.0, 0.0), Vec3::new(0.021, 0.0, 0.0)];
-    let run = |order: [u32; 2]| -> Vec<TissueState> {
+    let run = |order: [u32; 2]| -> Vec<(TissueState, f64)> {
         let network = dust(&places, 1e-3, 3.0);
         let patches = even_patches(3, &[vec![0], vec![1]]);
         let spec = |p| AttachmentSpec { patch: PatchId(p), followers: vec![(2, 0.02)] };
@@ -216,17 +216,22 @@ fn infeasible_hard_links_meet_in_the_middle_in_any_order() {
         solver.grasp(HandleSlot(1), PatchId(1)).unwrap();
         let one = |_| {
             solver.step(&mut stages);
-            solver.state().clone()
+            let reaction_n = |a: usize| stages.attachments.as_ref().map_or(0.0, |t| t.reaction_n(a).norm());
+            (solver.state().clone(), reaction_n(0).max(reaction_n(1)))
         };
         (0..200).map(one).collect()
     };
     let (states, swapped) = (run([0, 1]), run([1, 0]));
-    let late: Vec<f64> = states[100..].iter().map(|s| s.position_m[2].x).collect();
+    let late: Vec<f64> = states[100..].iter().map(|s| s.0.position_m[2].x).collect();
     let spread = late.iter().fold(f64::MIN, |a, &b| a.max(b)) - late.iter().fold(f64::MAX, |a, &b| a.min(b));
     // No jitter above 1 µm; the middle to a micrometre too.
     assert!((late[99] - 0.025).abs() < 1e-6 && spread < 1e-6, "{} spread {spread}", late[99]);
     // Sums in another order: rounding, enlarged by the stiffness ratio of hard links.
-    assert!((states[199].position_m[2] - swapped[199].position_m[2]).norm() < 1e-9);
+    assert!((states[199].0.position_m[2] - swapped[199].0.position_m[2]).norm() < 1e-9);
+    // Each link keeps 5 mm of overshoot, at most 100 times as stiff as the follower, 1/μ = (m + c h)/h².
+    let most_n = 5e-3 * 100.0 * (1e-3 + 3.0 * 1e-3) / 1e-6;
+    let held_n = states[199].1;
+    assert!(held_n <= most_n * (1.0 + 1e-6) && held_n > 0.0, "{held_n} N, at most {most_n} N");
 }
 
 #[test]

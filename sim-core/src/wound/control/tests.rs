@@ -140,6 +140,21 @@ fn algorithm2_lets_go_where_the_tissue_would_tear_and_never_takes_hold_again() {
 }
 
 #[test]
+fn algorithm2_a_short_peak_of_the_holding_force_tears_nothing() {
+    // Nine steps of 5 ms at the limit, one below it, nine again: never 50 ms without a break.
+    let mut ledger = tied();
+    show(&mut ledger, TIED_M * 1.3);
+    let mut control = WoundControl::new(ControlMode::Sound, ControlParams::default());
+    control.supervise(&mut ledger, DT, &[0.0]);
+    for step in 0..19 {
+        let force = if step == 9 { 3.2 } else { 3.3 };
+        assert_eq!(control.supervise(&mut ledger, DT, &[force]).targets.len(), 1, "step {step}");
+    }
+    let events = control.supervise(&mut ledger, DT, &[3.3]).events.to_vec();
+    assert_eq!(events, [ControlEvent::PulledThrough { row: 0, force_n: 3.3 }], "the tenth in a row is 50 ms");
+}
+
+#[test]
 fn algorithm2_at_the_largest_holding_force_still_keeps_ten_percent_of_the_floor() {
     let params = ControlParams::default();
     let floor = ledger_floor();
