@@ -1,8 +1,8 @@
 //! Device and hand of a run, built from the command line's choices; live and lockstep use the same.
 //!
 //! A recording is laid onto the wound by the similarity transform of `hand::registration`: every scene stands in
-//! the wound frame (middle of the wound = origin, x across, y along, z out of the tissue), so only the extent of the
-//! suture points is needed. The middle of the simulated device's workspace goes to where the hand works. With a given
+//! the wound frame (middle of the wound = origin, x across, y along, z out of the tissue), so the place is the
+//! same in all. The middle of the simulated device's workspace goes to where the hand works. With a given
 //! run time a recording repeats until the end; without, the run ends with it.
 
 use crate::cli::choice::{DeviceChoice, HandChoice, HandSide};
@@ -35,8 +35,6 @@ pub struct RigChoice<'a> {
     pub side: HandSide,
     /// Whether a recording repeats.
     pub length: RunLength,
-    /// From the first to the last suture point, metres.
-    pub wound_extent_m: f64,
 }
 
 /// A device, ready to run.
@@ -131,13 +129,7 @@ impl Recorded {
         if let Some(fault) = convert::end_fault(path, &end) {
             tracing::warn!("{fault}");
         }
-        let wound = WoundPlace {
-            centre_m: Vec3::zeros(),
-            along: Vec3::y(),
-            across: Vec3::x(),
-            outward: Vec3::z(),
-            extent_m: choice.wound_extent_m,
-        };
+        let wound = WoundPlace { centre_m: Vec3::zeros(), along: Vec3::y(), across: Vec3::x(), outward: Vec3::z() };
         let registration = Registration::new(file.kind, &file.recording, &wound);
         let at_end = match choice.length {
             RunLength::Given => AtEnd::Loop,
@@ -161,8 +153,7 @@ impl Recorded {
 /// The similarity transform in words.
 fn in_words(r: &Registration) -> String {
     let rule = match r.rule {
-        ScaleRule::SutureExtent => "the grips span the suture points",
-        ScaleRule::Workspace => "the motion fills the workspace",
+        ScaleRule::Workspace => "the motion fills the device's workspace",
         ScaleRule::LifeSize => "life size",
     };
     let t = r.translation_m * 1e3;
@@ -178,7 +169,7 @@ mod tests {
     use crate::exit;
 
     fn choice<'a>(device: &'a DeviceChoice, hand: &'a HandChoice) -> RigChoice<'a> {
-        RigChoice { device, hand, side: HandSide::Right, length: RunLength::OfTheHand, wound_extent_m: 0.024 }
+        RigChoice { device, hand, side: HandSide::Right, length: RunLength::OfTheHand }
     }
 
     #[test]

@@ -77,13 +77,6 @@ fn placed(path: &Path, error: &SceneError) -> String {
     }
 }
 
-/// From the first to the last suture point of a scene, metres: N stations stand at (k + ½)/N of the wound.
-#[must_use]
-pub fn wound_extent_m(config: &SceneConfig) -> f64 {
-    let pairs = f64::from(config.suture.pairs.max(1));
-    config.wound.length_mm * M_PER_MM * (pairs - 1.0) / pairs
-}
-
 /// Reads servo constants; what the file leaves out keeps its default.
 ///
 /// # Errors

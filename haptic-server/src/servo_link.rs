@@ -32,8 +32,6 @@ pub struct ServoSpec {
     pub length: RunLength,
     /// Scene or procedure.
     pub scene: String,
-    /// From the first to the last suture point of the first scene, metres: a recorded hand is laid onto it.
-    pub wound_extent_m: f64,
     /// Constants of the servo.
     pub servo: ServoConfig,
     /// What to do when real-time rights are missing.
@@ -175,7 +173,6 @@ mod tests {
             hand: HandChoice::Synthetic,
             hand_side: HandSide::Left,
             length: RunLength::OfTheHand,
-            wound_extent_m: 0.024,
             servo: ServoConfig::default(),
             no_rt: NoRtPolicy::Refuse,
             record: None,

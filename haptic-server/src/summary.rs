@@ -1,7 +1,8 @@
 //! What a run reports at its end, for a person and as one JSON document.
 //!
 //! The keys of the JSON are a contract with other people's scripts (add, don't rename); the struct's field
-//! names are those keys. Nanosecond percentiles come from fixed-size histograms. Deliberately absent: how the
+//! names are those keys. Nanosecond percentiles come from fixed-size histograms; what was never measured is null, not
+//! zero. Deliberately absent: how the
 //! numbers were measured (see `servo::stats` and the solver's report).
 
 use crate::record::RecordOutcome;
@@ -21,14 +22,16 @@ pub struct Percentiles {
     pub max: u64,
 }
 
-impl From<&hdrhistogram::Histogram<u64>> for Percentiles {
-    fn from(h: &hdrhistogram::Histogram<u64>) -> Self {
-        Self {
+impl Percentiles {
+    /// Percentiles of what was counted; an empty histogram has none.
+    #[must_use]
+    pub fn of(h: &hdrhistogram::Histogram<u64>) -> Option<Self> {
+        (!h.is_empty()).then(|| Self {
             p50: h.value_at_quantile(0.5),
             p99: h.value_at_quantile(0.99),
             p999: h.value_at_quantile(0.999),
             max: h.max(),
-        }
+        })
     }
 }
 
@@ -49,14 +52,14 @@ pub struct RunSummary {
     pub ticks: u64,
     /// Ticks missed.
     pub missed: u64,
-    /// Wake-up lateness.
-    pub wake_ns: Percentiles,
-    /// Time inside one tick.
-    pub compute_ns: Percentiles,
-    /// Age of the tissue port when used.
-    pub port_age_ns: Percentiles,
-    /// From the device's sample to the force for it.
-    pub sample_to_force_ns: Percentiles,
+    /// Wake-up lateness; null on a virtual clock.
+    pub wake_ns: Option<Percentiles>,
+    /// Time inside one tick; null on a virtual clock.
+    pub compute_ns: Option<Percentiles>,
+    /// Age of the tissue port when used; null when none ever arrived.
+    pub port_age_ns: Option<Percentiles>,
+    /// From the device's sample to the force for it; null on a virtual clock.
+    pub sample_to_force_ns: Option<Percentiles>,
     /// Largest force sent to the hand, newtons.
     pub peak_force_n: f64,
     /// Energy given to the hand, joules; negative when the hand gave it.
@@ -91,6 +94,9 @@ pub struct RunSummary {
     pub version: String,
 }
 
+/// What a summary after a solver restart says of itself.
+const SINCE_RESTART: &str = "figures of the tissue since the last solver restart";
+
 /// Name of the integrator code of `wound_report`.
 #[must_use]
 pub fn integrator_name(code: u32) -> &'static str {
@@ -122,6 +128,19 @@ impl RunSummary {
     /// None in practice: the struct has string keys and finite numbers only.
     pub fn to_json(&self) -> Result<String, serde_json::Error> {
         serde_json::to_string(self)
+    }
+
+    /// With the number of solver restarts. The solver counts steps, points, stitches and tissue time from its start:
+    /// after a restart they are not those of the whole run, and no real-time factor follows from them.
+    #[must_use]
+    pub fn after_solver_restarts(mut self, restarts: u32) -> Self {
+        self.solver_restarts = restarts;
+        if restarts > 0 {
+            self.realtime_factor = None;
+            self.degraded = true;
+            self.degraded_reasons.push(SINCE_RESTART.to_owned());
+        }
+        self
     }
 }
 
@@ -164,9 +183,10 @@ impl fmt::Display for RunSummary {
             ("tissue port age", &self.port_age_ns),
             ("sample to force", &self.sample_to_force_ns),
         ];
-        // On a virtual clock nothing is measured.
-        for (name, percentiles) in durations.iter().filter(|d| d.1.max > 0) {
-            writeln!(f, "{name:<17}{percentiles}")?;
+        for (name, percentiles) in durations {
+            if let Some(percentiles) = percentiles {
+                writeln!(f, "{name:<17}{percentiles}")?;
+            }
         }
         writeln!(
             f,
@@ -231,7 +251,8 @@ mod tests {
 
     #[test]
     fn the_json_has_the_promised_keys() {
-        let text = RunSummary { version: "1".into(), ..Default::default() }.to_json().expect("representable");
+        let measured = RunSummary { wake_ns: Some(Percentiles::default()), version: "1".into(), ..Default::default() };
+        let text = measured.to_json().expect("representable");
         let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
         for key in KEYS.iter().chain(&[
             "version",
@@ -246,16 +267,27 @@ mod tests {
         for key in ["p50", "p99", "p999", "max"] {
             assert!(json["wake_ns"].get(key).is_some(), "{key}");
         }
+        assert!(json["port_age_ns"].is_null(), "what was not measured is null");
         assert!(!text.contains('\n'));
+    }
+
+    #[test]
+    fn a_restarted_solver_takes_the_real_time_factor_away() {
+        let summary = RunSummary { realtime_factor: Some(1.0), ..Default::default() };
+        assert_eq!(summary.clone().after_solver_restarts(0), summary);
+        let restarted = summary.after_solver_restarts(2);
+        assert_eq!((restarted.solver_restarts, restarted.realtime_factor, restarted.degraded), (2, None, true));
+        assert_eq!(restarted.degraded_reasons, [SINCE_RESTART]);
     }
 
     #[test]
     fn percentiles_of_a_known_histogram() {
         let mut h = hdrhistogram::Histogram::<u64>::new_with_bounds(1, 1_000_000_000, 3).expect("bounds");
+        assert_eq!(Percentiles::of(&h), None);
         for v in 1..=1000 {
             h.record(v).expect("in range");
         }
-        let p = Percentiles::from(&h);
+        let p = Percentiles::of(&h).expect("counted");
         assert_eq!((p.p50, p.p99, p.p999, p.max), (500, 990, 999, 1000));
     }
 }

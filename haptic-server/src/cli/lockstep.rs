@@ -26,13 +26,11 @@ pub(super) fn run(args: &LockstepArgs) -> Result<RunSummary, ServerError> {
     }
     let recorded = matches!(args.hand.hand, HandChoice::File(_));
     let scenes = scene_file::chosen(&if recorded { args.scene.for_recorded_hand() } else { args.scene.clone() })?;
-    let wound_extent_m = scenes.first().map_or(0.0, |s| scene_file::wound_extent_m(&s.config));
     let mut rig = rig::build(&RigChoice {
         device: &DeviceChoice::Simulated,
         hand: &args.hand.hand,
         side: args.hand.hand_side,
         length: if args.duration.is_some() { RunLength::Given } else { RunLength::OfTheHand },
-        wound_extent_m,
     })?;
     let params = args.servo.as_deref().map_or_else(|| Ok(ServoConfig::default()), scene_file::servo_config)?;
     let params =

@@ -144,9 +144,9 @@ impl SceneArgs {
     }
 }
 
-/// Capture radius for a recorded hand, millimetres. The hand sees another wound than it saw when it was recorded; its
-/// grips spread over the whole wound, and neighbouring pairs lie 8 mm apart.
-pub const RECORDED_CAPTURE_RADIUS_MM: f64 = 15.0;
+/// Capture radius for a recorded hand, millimetres. The hand cannot see the wound that it works on here: the grips of a
+/// life-size hand spread over ±40 mm round the wound's middle, and every grip shall take a point.
+pub const RECORDED_CAPTURE_RADIUS_MM: f64 = 60.0;
 
 impl SceneArgs {
     /// The same scenes for a hand that repeats a recording.

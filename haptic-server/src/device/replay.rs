@@ -1,7 +1,7 @@
 //! Open-loop device: the recorded hand's pose is the device pose, and the force moves nothing.
 //!
 //! For latency work and for driving a server with a known input. The last force is kept and can be
-//! read back. A replay can never show an instability, because no force returns into the motion: use the
+//! read back. The pose is that of the scheduled time, and the time stamp says so. A replay can never show an instability, because no force returns into the motion: use the
 //! simulated device for that. Metres, scene frame; no heap after construction.
 //! Deliberately absent: encoder rounding (the recording has its own), mass, friction.
 
@@ -50,13 +50,13 @@ impl PulledDevice for ReplayDevice {
         let since_start_s = time.scheduled_ns.saturating_sub(start_ns) as f64 * 1e-9;
         let wish = self.hand.target(since_start_s, view);
         if !wish.position_m.iter().all(|c| c.is_finite()) {
-            self.sample = DeviceSample { time_ns: time.now_ns, quality: SampleQuality::Stale, ..self.sample };
+            self.sample = DeviceSample { time_ns: time.scheduled_ns, quality: SampleQuality::Stale, ..self.sample };
             return self.sample;
         }
         let dt_s = time.scheduled_ns.saturating_sub(self.last_ns) as f64 * 1e-9;
         self.last_ns = time.scheduled_ns;
         self.sample = DeviceSample {
-            time_ns: time.now_ns,
+            time_ns: time.scheduled_ns,
             position_m: wish.position_m,
             velocity_m_per_s: self.filter.update(wish.position_m, dt_s),
             buttons: wish.buttons,
@@ -108,7 +108,7 @@ mod tests {
             let sample = device.sample(TickTime { scheduled_ns: now, now_ns: now + 40_000, dt_s: 1e-3 }, &view);
             assert!((sample.position_m.x - 0.05 * tick as f64 * 1e-3).abs() < 1e-12);
             assert_eq!(sample.buttons, u32::from(tick >= 500));
-            assert_eq!(sample.time_ns, now + 40_000);
+            assert_eq!(sample.time_ns, now, "the pose is that of the scheduled time");
             if tick > 100 {
                 assert!((sample.velocity_m_per_s.x - 0.05).abs() < 1e-6);
             }

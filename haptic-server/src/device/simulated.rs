@@ -4,7 +4,8 @@
 //! last scheduled time to this one, under the force commanded last, with the hand's wish going evenly from its
 //! last to its new place; then the encoders measure ([`encoder`]) and the velocity filter follows. The
 //! limits 3.3 N, 0.88 N and 500 N/m are the Omni's figures; mass, friction and hand are model parameters.
-//! SI units, scene frame; the result depends on scheduled times only; no heap in `sample` and `command`.
+//! SI units, scene frame; the result depends on scheduled times only, and samples are stamped with them; no heap in
+//! `sample` and `command`.
 //! Deliberately absent: joint limits, motor temperature, failures.
 
 use crate::device::frame::SceneFromDevice;
@@ -124,13 +125,13 @@ impl PulledDevice for SimulatedDevice {
         let first = self.clock.is_none();
         let elapsed_s = self.advance(time.scheduled_ns, view);
         if elapsed_s == 0.0 && !first {
-            self.sample = DeviceSample { time_ns: time.now_ns, quality: SampleQuality::Stale, ..self.sample };
+            self.sample = DeviceSample { time_ns: time.scheduled_ns, quality: SampleQuality::Stale, ..self.sample };
             return self.sample;
         }
         let measured = encoder::measure(self.frame.inverse_point(self.stylus.position_m));
         let position_m = self.frame.point(measured.position_m);
         self.sample = DeviceSample {
-            time_ns: time.now_ns,
+            time_ns: time.scheduled_ns,
             position_m,
             velocity_m_per_s: self.filter.update(position_m, elapsed_s),
             orientation: self.frame.orientation(&omni::stylus_rotation(measured.joints, Vec3::from(HELD_GIMBAL_RAD))),

@@ -2,11 +2,11 @@
 //!
 //! `p_scene = σ R p + t`. R turns the surgeon's right, away and up onto across, along and outward of the wound
 //! (fixed per file kind; along is taken in whichever sense keeps R a rotation). t puts the centroid of the grips (the
-//! positions where button 1 goes down) on the wound's middle, a little above the surface. σ makes the grips' RMS
-//! spread along their principal axis that of points spread evenly over the wound's suture extent, `extent/√12`, and is
-//! capped so that the 1–99 % range of the motion fits the Omni's workspace of 160 × 120 × 70 mm (width, height,
-//! depth). Without two grips apart σ = 1 before the cap and all positions count. Recordings that are already in
-//! the scene frame stay as they are. SI units.
+//! positions where button 1 goes down) on the wound's middle, a little above the surface; without grips all positions
+//! count. σ = min(1, min over the axes of workspace / range): life size, for the recorded hand held a master as ours
+//! holds a stylus, unless the 1–99 % range of the motion exceeds the Omni's workspace of 160 × 120 × 70 mm (width,
+//! height, depth). Recordings that are already in the scene frame stay as they are. SI units. Deliberately absent: a
+//! fit of the grips to the suture points; a wound of 30 mm would shrink the motion to millimetres.
 
 use crate::hand::HandRecording;
 use crate::hand::csv::HandFileKind;
@@ -16,8 +16,6 @@ use sim_core::vector::{Mat3, Vec3};
 const WORKSPACE_M: [f64; 3] = [0.160, 0.070, 0.120];
 /// Height of the grips' centroid above the surface, metres.
 const LIFT_M: f64 = 0.002;
-/// Spread below which grips count as one point, metres.
-const SMALLEST_SPREAD_M: f64 = 1e-4;
 
 /// The wound as a hand's place of work.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,18 +28,14 @@ pub struct WoundPlace {
     pub across: Vec3,
     /// Out of the tissue.
     pub outward: Vec3,
-    /// From the first to the last suture point along the wound, metres.
-    pub extent_m: f64,
 }
 
 /// What decided the scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ScaleRule {
-    /// The grips' spread matches the suture extent.
-    SutureExtent,
     /// The device's workspace is the limit.
     Workspace,
-    /// Life size: no grips to measure, or a recording in the scene frame.
+    /// Life size fits.
     LifeSize,
 }
 
@@ -58,8 +52,6 @@ pub struct Registration {
     pub rule: ScaleRule,
     /// Grips that were counted.
     pub grips: usize,
-    /// Their RMS spread along the principal axis in the recording, metres.
-    pub spread_m: f64,
     /// Middle of the 1–99 % range in the scene: put the middle of the device's workspace here, metres.
     pub workspace_centre_m: Vec3,
 }
@@ -72,26 +64,20 @@ impl Registration {
         let grips = grip_points.len();
         let counted = if grips == 0 { recording.positions_m.as_slice() } else { grip_points.as_slice() };
         let centroid = mean(counted);
-        let spread_m = principal_spread(&grip_points);
         if kind == HandFileKind::Scene {
             let rotation = Mat3::identity();
             let workspace_centre_m = inner_range(&recording.positions_m, &rotation).0;
             let translation_m = Vec3::zeros();
             let rule = ScaleRule::LifeSize;
-            return Self { scale: 1.0, rotation, translation_m, rule, grips, spread_m, workspace_centre_m };
+            return Self { scale: 1.0, rotation, translation_m, rule, grips, workspace_centre_m };
         }
         let (outward, rotation) = wound_from_recording(kind, wound);
         let (middle_m, range_m) = inner_range(&recording.positions_m, &rotation);
-        let (wanted, wanted_rule) = if spread_m > SMALLEST_SPREAD_M && wound.extent_m > 0.0 {
-            (wound.extent_m / 12_f64.sqrt() / spread_m, ScaleRule::SutureExtent)
-        } else {
-            (1.0, ScaleRule::LifeSize)
-        };
         let cap = (0..3).map(|i| WORKSPACE_M[i] / range_m[i].max(1e-9)).fold(f64::INFINITY, f64::min);
-        let (scale, rule) = if wanted > cap { (cap, ScaleRule::Workspace) } else { (wanted, wanted_rule) };
+        let (scale, rule) = if cap < 1.0 { (cap, ScaleRule::Workspace) } else { (1.0, ScaleRule::LifeSize) };
         let translation_m = wound.centre_m + outward * LIFT_M - rotation * centroid * scale;
         let workspace_centre_m = middle_m * scale + translation_m;
-        Self { scale, rotation, translation_m, rule, grips, spread_m, workspace_centre_m }
+        Self { scale, rotation, translation_m, rule, grips, workspace_centre_m }
     }
 
     /// One point of the recording in the scene, metres.
@@ -136,14 +122,6 @@ fn mean(points: &[Vec3]) -> Vec3 {
     points.iter().sum::<Vec3>() / points.len().max(1) as f64
 }
 
-/// RMS distance from the mean along the direction in which it is largest.
-fn principal_spread(points: &[Vec3]) -> f64 {
-    let centre = mean(points);
-    let covariance = points.iter().map(|p| (p - centre) * (p - centre).transpose()).sum::<Mat3>();
-    let largest = covariance.symmetric_eigenvalues().max() / points.len().max(1) as f64;
-    largest.max(0.0).sqrt()
-}
-
 /// Middle and width of the 1–99 % range of the turned positions, per scene axis.
 fn inner_range(positions_m: &[Vec3], rotation: &Mat3) -> (Vec3, Vec3) {
     let mut middle = Vec3::zeros();
@@ -168,13 +146,7 @@ mod tests {
     use std::path::Path;
 
     fn wound() -> WoundPlace {
-        WoundPlace {
-            centre_m: Vec3::new(0.01, 0.02, 0.03),
-            along: Vec3::y(),
-            across: Vec3::x(),
-            outward: Vec3::z(),
-            extent_m: 0.03,
-        }
+        WoundPlace { centre_m: Vec3::new(0.01, 0.02, 0.03), along: Vec3::y(), across: Vec3::x(), outward: Vec3::z() }
     }
 
     /// Grips at the given places, each reached from 1 mm beside it.
@@ -195,17 +167,18 @@ mod tests {
     }
 
     #[test]
-    fn the_centroid_lands_above_the_wound_and_the_spread_matches_its_extent() {
-        let places: Vec<Vec3> = (0..6).map(|i| Vec3::new(0.1, 0.004 * f64::from(i), 0.3)).collect();
-        let recording = gripping(&places);
+    fn a_motion_that_fits_keeps_life_size_with_its_grips_round_the_middle() {
+        let places: Vec<Vec3> = (0..6).map(|i| Vec3::new(0.1, 0.016 * f64::from(i), 0.3)).collect();
+        // Up in the view is along the wound, the workspace's depth of 70 mm: 80 mm are too many, 64 mm are not.
+        let registration = Registration::new(HandFileKind::Jigsaws, &gripping(&places), &wound());
+        assert_eq!((registration.rule, registration.scale), (ScaleRule::Workspace, WORKSPACE_M[1] / 0.08));
+        let recording = gripping(&places[..5]);
         let registration = Registration::new(HandFileKind::Jigsaws, &recording, &wound());
-        assert_eq!((registration.rule, registration.grips), (ScaleRule::SutureExtent, 6));
+        assert_eq!((registration.rule, registration.scale, registration.grips), (ScaleRule::LifeSize, 1.0, 5));
         let placed = registration.apply(recording);
         assert!((grip_mean(&placed) - Vec3::new(0.01, 0.02, 0.03 + LIFT_M)).amax() < 1e-12);
         let grips: Vec<Vec3> = placed.grips().map(|i| placed.positions_m[i]).collect();
-        let rms = (grips.iter().map(|p| (p.y - 0.02).powi(2)).sum::<f64>() / 6.0).sqrt();
-        assert!((rms - 0.03 / 12_f64.sqrt()).abs() < 1e-12, "{rms}");
-        assert!(grips.windows(2).all(|pair| pair[1].y > pair[0].y), "up in the view is along the wound");
+        assert!(grips.windows(2).all(|pair| (pair[1].y - pair[0].y - 0.016).abs() < 1e-12));
     }
 
     #[test]
@@ -245,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn recordings_without_grips_keep_life_size_and_scene_files_stay() {
+    fn without_grips_all_positions_count_and_scene_files_stay() {
         let mut recording = gripping(&[Vec3::new(0.1, 0.0, 0.0), Vec3::new(0.0, 0.05, 0.0)]);
         let scene = Registration::new(HandFileKind::Scene, &recording, &wound());
         assert_eq!(scene.apply(recording.clone()), recording);
@@ -271,6 +244,11 @@ mod tests {
                 let placed = registration.apply(file.recording);
                 let expected = wound().centre_m + Vec3::z() * LIFT_M;
                 assert!((grip_mean(&placed) - expected).amax() < 1e-9);
+                assert!(
+                    registration.scale > 0.0 && registration.scale <= 1.0,
+                    "{name} {side:?}: {}",
+                    registration.scale
+                );
                 let (middle, width) = inner_range(&placed.positions_m, &Mat3::identity());
                 assert!((0..3).all(|i| width[i] <= WORKSPACE_M[i] * (1.0 + 1e-9)), "{name} {side:?}: {width}");
                 assert!((middle - registration.workspace_centre_m).amax() < 1e-9);

@@ -91,7 +91,7 @@ pub fn run(job: LockstepJob<'_>) -> Result<RunSummary, ServerError> {
         duration_s: simulated_s,
         ticks: state.ticks,
         missed: state.missed,
-        port_age_ns: Percentiles::from(&trace.port_age_ns),
+        port_age_ns: Percentiles::of(&trace.port_age_ns),
         peak_force_n: trace.peak_force_n,
         net_energy_to_hand_j: state.energy_to_hand_j,
         stitches: trace.report.row_count,

@@ -126,14 +126,6 @@ fn the_command_line_sets_control_and_capture_radius() {
 }
 
 #[test]
-fn the_wound_extent_is_from_the_first_to_the_last_station() {
-    let config = presets::skin();
-    let stations = f64::from(config.suture.pairs);
-    let expected = config.wound.length_mm * 1e-3 * ((stations - 0.5) / stations - 0.5 / stations);
-    assert!((wound_extent_m(&config) - expected).abs() < 1e-15);
-}
-
-#[test]
 fn edit_distance_by_hand() {
     assert_eq!(edits("kitten", "sitting"), 3);
     assert_eq!(edits("", "abc"), 3);

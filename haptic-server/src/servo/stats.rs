@@ -7,6 +7,9 @@
 //! | `port_age_ns` | publication of the port in use → its use (only with a port) |
 //! | `sample_to_force_ns` | time stamp of the device sample → force ready for the device |
 //!
+//! A device that computes its pose stamps it with the scheduled time: there `sample_to_force_ns` is wake-up lateness plus
+//! time in the tick. No duration includes the device's own output (bus, motors).
+//!
 //! HdrHistograms of fixed size, made outside the room; a value beyond their range counts as the largest one.
 //! Nanoseconds, except for the peak force in newtons. Deliberately absent: percentiles (who reports them computes them).
 

@@ -22,6 +22,7 @@ use crate::rig::{self, Rig, RigChoice};
 use crate::servo::params::ServoParams;
 use crate::servo_link::{FromServo, NoRtPolicy, ServoSpec, ToServo};
 use crate::servo_setup::{Recording, ServoLinks};
+use crate::supervisor::child::{DeathSignal, end_with_parent};
 use crate::supervisor::signals::stop_flag;
 use crate::telemetry;
 use bridge::Delivery;
@@ -51,15 +52,10 @@ pub fn run() -> Result<(), ServerError> {
     let stop = stop_flag()?;
     let mut control = ControlLine::default();
     let spec = control.specification()?;
-    crate::supervisor::child::end_with_parent(spec.guarded_by)?;
+    end_with_parent(spec.guarded_by, DeathSignal::Terminate)?;
     let run = RunDir::open(&spec.run_dir)?;
-    let Rig { device, registration, ends_after_s } = rig::build(&RigChoice {
-        device: &spec.device,
-        hand: &spec.hand,
-        side: spec.hand_side,
-        length: spec.length,
-        wound_extent_m: spec.wound_extent_m,
-    })?;
+    let Rig { device, registration, ends_after_s } =
+        rig::build(&RigChoice { device: &spec.device, hand: &spec.hand, side: spec.hand_side, length: spec.length })?;
     let device = device.into_device();
     let name = device.name().to_owned();
     let params =

@@ -11,7 +11,7 @@ mod topics;
 
 use crate::cli::SolverCli;
 use crate::error::ServerError;
-use crate::supervisor::child::end_with_parent;
+use crate::supervisor::child::{DeathSignal, end_with_parent};
 use crate::supervisor::signals::stop_flag;
 use pace::Pace;
 use protocol::ports::{PortError, PortNode, monotonic_ns};
@@ -29,7 +29,7 @@ const SERVO_SILENCE_LIMIT_NS: u64 = 5_000_000_000;
 pub fn run(cli: &SolverCli) -> Result<(), ServerError> {
     let stop = stop_flag()?;
     if let Some(parent) = cli.guarded_by {
-        end_with_parent(parent)?;
+        end_with_parent(parent, DeathSignal::Kill)?;
     }
     let run = match &cli.run_dir {
         Some(directory) => RunDir::open(directory)?,

@@ -99,12 +99,25 @@ pub fn beside_this_program(name: &str) -> Result<PathBuf, ServerError> {
     })
 }
 
-/// Makes this process receive SIGTERM when process `parent` dies; called first of all in a child.
+/// How a child ends when the supervisor dies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DeathSignal {
+    /// SIGTERM: it ends in order, and a stopped one only when it is continued.
+    Terminate,
+    /// SIGKILL: it ends at once, also when it is stopped, and keeps nothing in use.
+    Kill,
+}
+
+/// Makes this process receive the signal when process `parent` dies; called first of all in a child.
 ///
 /// # Errors
 /// [`ServerError::Internal`] when the parent is gone already or the kernel refuses.
-pub fn end_with_parent(parent: u32) -> Result<(), ServerError> {
-    set_parent_process_death_signal(Some(Signal::TERM))
+pub fn end_with_parent(parent: u32, by: DeathSignal) -> Result<(), ServerError> {
+    let signal = match by {
+        DeathSignal::Terminate => Signal::TERM,
+        DeathSignal::Kill => Signal::KILL,
+    };
+    set_parent_process_death_signal(Some(signal))
         .map_err(|e| ServerError::Internal(format!("cannot tie this process to the server: {e}; check the kernel")))?;
     let now = getppid().and_then(|p| u32::try_from(p.as_raw_nonzero().get()).ok()).unwrap_or(0);
     if now == parent {

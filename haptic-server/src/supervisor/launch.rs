@@ -53,7 +53,6 @@ pub(super) fn plan(args: &RunArgs) -> Result<Plan, ServerError> {
         hand_side: args.hand.hand_side,
         length: if args.duration.is_some() { RunLength::Given } else { RunLength::OfTheHand },
         scene: scene.label(),
-        wound_extent_m: scenes.first().map_or(0.0, |s| scene_file::wound_extent_m(&s.config)),
         servo: args.servo.as_deref().map_or_else(|| Ok(ServoConfig::default()), scene_file::servo_config)?,
         no_rt: if real_device && !args.allow_no_rt { NoRtPolicy::Refuse } else { NoRtPolicy::Degrade },
         record: args.record.clone(),

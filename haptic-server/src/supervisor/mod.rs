@@ -270,9 +270,8 @@ impl<'a> Supervisor<'a> {
             return internal("the servo process ended without its report; see its messages above".to_owned());
         };
         summary.scene = self.args.scene.label();
-        summary.solver_restarts = self.guard.solver_restarts();
         summary.faults = self.faults;
-        Ok(summary)
+        Ok(summary.after_solver_restarts(self.guard.solver_restarts()))
     }
 }
 

@@ -49,7 +49,10 @@ pub(super) fn success_rate(ticks: u64, missed: u64) -> f64 {
 
 /// Grade and its reason in one sentence.
 #[must_use]
-pub fn grade(wake: &Percentiles, baseline: &Percentiles, ticks: u64, missed: u64) -> (Grade, String) {
+pub fn grade(wake: Option<&Percentiles>, baseline: Option<&Percentiles>, ticks: u64, missed: u64) -> (Grade, String) {
+    let Some(wake) = wake else {
+        return (Grade::Unfit, "no wake-up of the servo was measured; measure for longer".to_owned());
+    };
     let by_wake = match wake.max {
         0..20_000 => Grade::Excellent,
         20_000..50_000 => Grade::Good,
@@ -62,10 +65,12 @@ pub fn grade(wake: &Percentiles, baseline: &Percentiles, ticks: u64, missed: u64
         s if s >= 0.90 => Grade::Fair,
         _ => Grade::Unfit,
     };
-    let whose = if baseline.max as f64 >= MACHINE_SHARE * wake.max as f64 {
-        "a plain timer beside it woke about as late, so the machine is the limit"
-    } else {
-        "a plain timer beside it did not, so look at the server's load and rights"
+    let whose = match baseline {
+        None => "no plain timer woke beside it, so whose it is remains open",
+        Some(baseline) if baseline.max as f64 >= MACHINE_SHARE * wake.max as f64 => {
+            "a plain timer beside it woke about as late, so the machine is the limit"
+        }
+        Some(_) => "a plain timer beside it did not, so look at the server's load and rights",
     };
     let reason = format!(
         "worst wake-up {:.1} µs late, {:.2} % of the ticks kept; {whose}",
@@ -79,8 +84,8 @@ pub fn grade(wake: &Percentiles, baseline: &Percentiles, ticks: u64, missed: u64
 mod tests {
     use super::*;
 
-    fn worst(max: u64) -> Percentiles {
-        Percentiles { p50: 1, p99: 1, p999: 1, max }
+    fn worst(max: u64) -> Option<Percentiles> {
+        Some(Percentiles { p50: 1, p99: 1, p999: 1, max })
     }
 
     #[test]
@@ -93,19 +98,25 @@ mod tests {
             (499_999, Grade::Fair),
             (500_000, Grade::Unfit),
         ] {
-            assert_eq!(grade(&worst(max), &worst(0), 1000, 0).0, expected, "{max}");
+            assert_eq!(grade(worst(max).as_ref(), worst(0).as_ref(), 1000, 0).0, expected, "{max}");
         }
         for (missed, expected) in
             [(0, Grade::Excellent), (50, Grade::Excellent), (51, Grade::Fair), (101, Grade::Unfit)]
         {
-            assert_eq!(grade(&worst(1), &worst(0), 1000 - missed, missed).0, expected, "{missed}");
+            assert_eq!(grade(worst(1).as_ref(), worst(0).as_ref(), 1000 - missed, missed).0, expected, "{missed}");
         }
-        assert_eq!(grade(&worst(1), &worst(0), 0, 0).0, Grade::Excellent);
+        assert_eq!(grade(worst(1).as_ref(), worst(0).as_ref(), 0, 0).0, Grade::Excellent);
     }
 
     #[test]
     fn the_baseline_tells_machine_from_server() {
-        assert!(grade(&worst(1000), &worst(900), 1, 0).1.contains("the machine is the limit"));
-        assert!(grade(&worst(1000), &worst(100), 1, 0).1.contains("load and rights"));
+        assert!(grade(worst(1000).as_ref(), worst(900).as_ref(), 1, 0).1.contains("the machine is the limit"));
+        assert!(grade(worst(1000).as_ref(), worst(100).as_ref(), 1, 0).1.contains("load and rights"));
+        assert!(grade(worst(1000).as_ref(), None, 1, 0).1.contains("remains open"));
+    }
+
+    #[test]
+    fn what_was_not_measured_is_not_praised() {
+        assert_eq!(grade(None, worst(1).as_ref(), 1000, 0).0, Grade::Unfit);
     }
 }

@@ -1,5 +1,5 @@
 //! What one replayed trace showed, for a person and as JSON. The field names are keys that scripts rely on: add, don't
-//! rename. Durations in nanoseconds.
+//! rename. Durations in nanoseconds; what was never measured is null.
 
 use super::grade::Grade;
 use haptic_server::summary::Percentiles;
@@ -20,15 +20,15 @@ pub struct TraceReport {
     /// Ticks missed.
     pub missed: u64,
     /// Lateness of the servo's wake-ups.
-    pub wake_ns: Percentiles,
+    pub wake_ns: Option<Percentiles>,
     /// Time inside one tick.
-    pub tick_ns: Percentiles,
+    pub tick_ns: Option<Percentiles>,
     /// From the time stamp of the device sample until its force is handed over.
-    pub sample_to_force_ns: Percentiles,
+    pub sample_to_force_ns: Option<Percentiles>,
     /// Age of the tissue port when used.
-    pub port_age_ns: Percentiles,
+    pub port_age_ns: Option<Percentiles>,
     /// Lateness of the plain timer in the same run.
-    pub baseline_wake_ns: Percentiles,
+    pub baseline_wake_ns: Option<Percentiles>,
     /// Wake-ups of the plain timer.
     pub baseline_ticks: u64,
     /// Periods that the plain timer missed.
@@ -75,6 +75,10 @@ impl fmt::Display for TraceReport {
             ("sample to force", &self.sample_to_force_ns),
             ("port age", &self.port_age_ns),
         ] {
+            let Some(p) = p else {
+                writeln!(f, "  {name:<15} not measured")?;
+                continue;
+            };
             let us = [p.p50, p.p99, p.p999, p.max].map(|ns| ns as f64 / 1e3);
             writeln!(f, "  {name:<15} {:>9.1}  {:>9.1}  {:>9.1}  {:>9.1}", us[0], us[1], us[2], us[3])?;
         }
@@ -88,7 +92,7 @@ impl fmt::Display for TraceReport {
 
 #[cfg(test)]
 pub(super) fn example() -> TraceReport {
-    let some = Percentiles { p50: 1_000, p99: 2_000, p999: 3_000, max: 4_500 };
+    let some = Some(Percentiles { p50: 1_000, p99: 2_000, p999: 3_000, max: 4_500 });
     TraceReport {
         trace: "a.csv".into(),
         scene: "skin".into(),
@@ -133,7 +137,8 @@ mod tests {
 
     #[test]
     fn the_text_shows_microseconds_and_the_grade() {
-        let text = example().to_string();
+        let text = TraceReport { port_age_ns: None, ..example() }.to_string();
+        assert!(text.contains("port age        not measured"), "{text}");
         assert!(text.contains("4.5") && text.contains("excellent: all well") && text.contains("no rights"), "{text}");
     }
 }

@@ -99,7 +99,8 @@ pub(super) fn measure(server: &Path, trace: &Path, scene: &str, duration_s: f64)
         return Err(RunFault::Server { code: output.status.code(), message });
     }
     let summary: RunSummary = serde_json::from_slice(&output.stdout).map_err(|error| RunFault::Summary { error })?;
-    let (grade, grade_reason) = grade(&summary.wake_ns, &baseline.wake_ns, summary.ticks, summary.missed);
+    let (grade, grade_reason) =
+        grade(summary.wake_ns.as_ref(), baseline.wake_ns.as_ref(), summary.ticks, summary.missed);
     let mut degraded_reasons = summary.degraded_reasons;
     let degraded = summary.degraded || !baseline.missing_rights.is_empty();
     degraded_reasons.extend(baseline.missing_rights.into_iter().map(|reason| format!("plain timer: {reason}")));
@@ -148,6 +149,7 @@ mod tests {
         let report = measure(&server, Path::new("hand.csv"), "vessel", 1.5).expect("a report");
         assert_eq!(report.scene, "run --json --scene vessel --duration 1.5 --device replay:hand.csv");
         assert_eq!((report.ticks, report.missed, report.duration_s), (1490, 10, 1.5));
+        assert!(report.wake_ns.is_none() && report.grade_reason.contains("no wake-up"), "{report:?}");
         assert!(report.baseline_ticks + report.baseline_missed >= 1, "{report:?}");
     }
 
