@@ -7,7 +7,8 @@
 //!
 //! Below [`SOFT_LENGTH_M`] a segment's length is rounded off quadratically, so that length, direction and
 //! tension stay continuous where two points meet. Deliberately absent: the free part of the line (Follow the
-//! Leader) and stitches already tied.
+//! Leader), stitches already tied, and a wrap that changes or slides back: ρ is fixed and has one direction, so with
+//! μ > 0 a gap that recoils under tension can gain energy.
 
 use crate::kinematics::coupling::StylusState;
 use crate::kinematics::integrate::NodeState;

@@ -5,7 +5,7 @@
 //!
 //! `d_i` may be read in two ways, and both are here: the plain distance gives the bilateral spring of a
 //! mass-spring model; the `d_i` of Eq. (1) gives `k·β·max(‖x_i − x_j‖ − d_i⁰, 0)`, which only pulls and is
-//! softer by β.
+//! softer by β. Scenes run the bilateral law.
 //!
 //! Deliberately absent: where `F_hand` and `F_link` come from (`line_pull`) and the reaction of the
 //! attachments, which the tissue adds.

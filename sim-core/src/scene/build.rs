@@ -9,6 +9,7 @@ use crate::tissue::params::{DragReading, FamilyFactors, MaterialParams, PatchDep
 use crate::tissue::patch_set::PatchError;
 use crate::tissue::port::PortParams;
 use crate::tissue::regulation::AttachmentError;
+use crate::tissue::settle::{SettleEnd, Settled};
 use crate::tissue::solver_params::{SolverError, SolverParams, SubstepPolicy};
 use crate::tissue::triangle_mesh::TriangleMesh;
 use crate::tissue::ttsm::{self, TtsmParams};
@@ -16,6 +17,10 @@ use crate::tissue::utsm::{self, HeldRim, UtsmParams};
 use crate::tissue::vosm::{self, HeldRegion, OrganSurface, VosmParams, WoundSite};
 use crate::units::{KilogramsPerCubicMetre, Metres, NewtonSecondsPerMetre, NewtonsPerMetre, UnitError};
 use crate::vector::Vec3;
+
+/// Most suture pairs of a scene: 32 suture points with at most 48 constraints, swept in every sub-step; the paper's
+/// whole procedure has 12 pairs.
+const MAX_PAIRS: f64 = 16.0;
 
 /// Why a scene is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -42,6 +47,17 @@ pub enum SceneError {
     /// The procedure is empty.
     #[error("a procedure needs at least one scene")]
     NoScene,
+    /// The tissue found no rest.
+    #[error(
+        "the tissue does not come to rest: {residual_n:.3e} N are left on a node after {iterations} iterations; \
+         use a smaller pre_strain or a coarser, more regular mesh"
+    )]
+    Unsettled {
+        /// Largest force left on a free node, newtons.
+        residual_n: f64,
+        /// Iterations used.
+        iterations: u32,
+    },
     /// The tissue cannot be built.
     #[error(transparent)]
     Tissue(#[from] TissueError),
@@ -155,11 +171,21 @@ fn wound(config: &SceneConfig, patch_depth: PatchDepth) -> Result<WoundParams, S
         length: Metres::from_mm(config.wound.length_mm)?,
         gap: Metres::from_mm(config.wound.gap_mm)?,
         depth: Metres::from_mm(config.wound.depth_mm)?,
-        pairs: config.suture.pairs,
+        pairs: in_range("suture.pairs", f64::from(config.suture.pairs), 0.0, MAX_PAIRS, "0 to 16")? as u32,
         bite: Metres::from_mm(config.suture.bite_mm)?,
         patch_radius: Metres::from_mm(config.suture.patch_radius_mm)?,
         patch_depth,
     })
+}
+
+/// Accepts a tissue that has come to rest; any other would move by itself, and its distances would mean nothing.
+pub(super) fn require_rest(settled: Settled) -> Result<Settled, SceneError> {
+    match settled.end {
+        SettleEnd::Converged => Ok(settled),
+        SettleEnd::IterationsSpent | SettleEnd::Diverged => {
+            Err(SceneError::Unsettled { residual_n: settled.residual_n, iterations: settled.iterations })
+        }
+    }
 }
 
 /// Solver parameters of a scene.
@@ -181,4 +207,29 @@ pub fn solver_params(config: &SceneConfig) -> Result<SolverParams, SceneError> {
         port: PortParams { rings: rings as u32, ..defaults.port },
         ..defaults
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::presets;
+
+    #[test]
+    fn a_tissue_that_found_no_rest_is_refused_with_what_is_left() {
+        let end = |end| require_rest(Settled { residual_n: 0.25, iterations: 7, end });
+        assert!(end(SettleEnd::Converged).is_ok());
+        for spent in [SettleEnd::IterationsSpent, SettleEnd::Diverged] {
+            let error = end(spent).unwrap_err();
+            assert_eq!(error, SceneError::Unsettled { residual_n: 0.25, iterations: 7 });
+            assert!(error.to_string().contains("2.500e-1 N") && error.to_string().contains("pre_strain"), "{error}");
+        }
+    }
+
+    #[test]
+    fn more_pairs_than_a_scene_may_have_are_refused_before_the_tissue_is_built() {
+        let mut config = presets::skin();
+        config.suture.pairs = 17;
+        let expected = SceneError::Value { key: "suture.pairs", found: 17.0, allowed: "0 to 16" };
+        assert_eq!(build_tissue(&config, None).unwrap_err(), expected);
+    }
 }

@@ -17,7 +17,7 @@ use crate::vector::Vec3;
 use crate::wound::control::ControlMode;
 use crate::wound::ledger::LedgerRow;
 
-use super::build::{SceneError, build_tissue, solver_params};
+use super::build::{SceneError, build_tissue, require_rest, solver_params};
 use super::config::SceneConfig;
 use super::grip::{Grip, Grips};
 use super::line_course::{CourseInput, LineCourse};
@@ -68,7 +68,7 @@ impl Scene {
         let patches = patch_set(&tissue)?;
         let mut solver = TissueSolver::new(tissue.network.clone(), patches, solver_params(config)?)?;
         let mut settled = tissue.network.rest_state();
-        let settling = settle(&tissue.network, None, &mut settled.position_m, &SettleParams::default());
+        let settling = require_rest(settle(&tissue.network, None, &mut settled.position_m, &SettleParams::default()))?;
         solver.reset(&settled)?;
         solver.reassess()?;
         let closed_gap_m =
@@ -144,6 +144,7 @@ impl Scene {
             for shift in stitching.shifts() {
                 self.solver.displace(shift.patch, shift.shift_m);
             }
+            stitching.measure_again(&self.solver.state().position_m, self.solver.patches());
         }
         self.measure_places();
         self.follow_line(servo.map(|s| s.hand.position_m));

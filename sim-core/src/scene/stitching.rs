@@ -30,7 +30,8 @@ pub(super) fn right_patch(pair: usize) -> PatchId {
 struct Tied {
     pair: usize,
     stitch: Stitch,
-    constraint: usize,
+    /// None when the solver refused it: the stitch then is in Table 1 and holds nothing.
+    constraint: Option<usize>,
     hold: Option<usize>,
 }
 
@@ -105,10 +106,10 @@ impl Stitching {
     pub fn tie(&mut self, pair: usize, open_distance_m: f64, at: [Vec3; 2], pairs: &mut Pairs, set: &PatchSet) -> bool {
         let [left, right] = at;
         let stitch = Stitch::tie((right - left).norm());
-        let Ok(constraint) = pairs.push(set, self.stitch_constraint(pair, &stitch)) else { return false };
         if self.ledger.record(pair as u32, left, right, open_distance_m).is_err() {
             return false;
         }
+        let constraint = pairs.push(set, self.stitch_constraint(pair, &stitch)).ok();
         self.tied.push(Tied { pair, stitch, constraint, hold: None });
         true
     }
@@ -124,7 +125,7 @@ impl Stitching {
             self.ledger.note_stitch(row, slip.tension_n, slip.slipped_m);
             if slip.slipped_m > 0.0 {
                 let Tied { stitch, constraint, .. } = self.tied[row];
-                set(pairs, patches, Some(constraint), self.stitch_constraint(pair, &stitch));
+                set(pairs, patches, constraint, self.stitch_constraint(pair, &stitch));
             }
             self.holding_force_n[row] = hold.map_or(0.0, |h| pairs.tension_n(h));
         }
@@ -135,6 +136,17 @@ impl Stitching {
     #[must_use]
     pub fn shifts(&self) -> &[PointShift] {
         &self.shifts
+    }
+
+    /// After those displacements: Table 1 from where the points really are, since a point that a handle holds stayed.
+    pub fn measure_again(&mut self, position_m: &[Vec3], patches: &PatchSet) {
+        if self.shifts.is_empty() {
+            return;
+        }
+        for (row, tied) in self.tied.iter().enumerate() {
+            let left = patches.mean(left_patch(tied.pair), position_m);
+            self.ledger.measure(row, left, patches.mean(right_patch(tied.pair), position_m));
+        }
     }
 
     fn supervise(&mut self, patches: &PatchSet, pairs: &mut Pairs, dt_s: f64) {
@@ -193,5 +205,24 @@ fn set(pairs: &mut Pairs, patches: &PatchSet, index: Option<usize>, constraint: 
     if let Some(index) = index {
         // A constraint that cannot be set stays as it was: the stitch then keeps its last length.
         let _ = pairs.set(patches, index, constraint);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::presets;
+
+    #[test]
+    fn a_full_ledger_takes_no_stitch_and_leaves_no_constraint_behind() {
+        let plan = ScenePlan::new(&presets::skin()).unwrap();
+        let patches = PatchSet::new(2, [(&[0_u32][..], &[1.0][..]), (&[1][..], &[1.0][..])].into_iter()).unwrap();
+        let (mut stitching, mut pairs) = (Stitching::new(&plan).unwrap(), Pairs::default());
+        let at = [Vec3::zeros(), Vec3::new(0.004, 0.0, 0.0)];
+        for stitch in 0..=LEDGER_CAPACITY {
+            let room = stitch < LEDGER_CAPACITY;
+            assert_eq!(stitching.tie(0, 0.008, at, &mut pairs, &patches), room);
+        }
+        assert_eq!((pairs.len(), stitching.ledger().rows().len()), (LEDGER_CAPACITY, LEDGER_CAPACITY));
     }
 }

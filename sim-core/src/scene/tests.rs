@@ -8,6 +8,7 @@ use super::suturing::{HandInput, Stage};
 use crate::tissue::handle::MAX_HANDLES;
 use crate::tissue::settle::SettleEnd;
 use crate::vector::Vec3;
+use crate::wound::control::ControlMode;
 
 /// A tissue at rest may move by rounding and by the residual of settling: 1 µN on 160 N/m is 6 nm.
 const AT_REST_M: f64 = 1e-7;
@@ -113,4 +114,26 @@ fn a_scene_without_a_stage_has_no_memory_for_it() {
     let scene = Scene::new(&config, None).unwrap();
     assert!(scene.stages().attachments.is_none() && scene.stages().pairs.is_none() && scene.stages().loads.is_none());
     assert_eq!(scene.control_mode(), None);
+}
+
+#[test]
+fn in_paper_mode_a_held_point_shows_its_error_in_the_ledger() {
+    let mut scene = Scene::new(&presets::skin(), None).unwrap();
+    one_stitch(&mut scene);
+    drive(&mut scene, hand(Vec3::new(0.0, 0.0, 0.05), 2, 2), [None; 2], 50);
+    assert!(scene.set_control_mode(ControlMode::Paper));
+    // The tied left point is dragged away from its partner; the control moves the right one only.
+    let place = scene.places()[0];
+    let away = place.left_m + (place.left_m - place.right_m).normalize() * 6e-3;
+    drive(&mut scene, hand(place.left_m, 3, 2), [Some(place.left_m), None], 1);
+    let mut worst = 0.0_f64;
+    for _ in 0..40 {
+        drive(&mut scene, hand(away, 3, 2), [Some(away), None], 1);
+        let (row, place) = (scene.ledger_rows()[0], scene.places()[0]);
+        assert_eq!((row.left_current_m, row.right_current_m), (place.left_m, place.right_m));
+        worst = worst.max(row.relative_error);
+    }
+    assert!(worst > 0.10, "ER {worst}");
+    let history = scene.ledger_rows()[0].history;
+    assert!(history.control_has_acted, "the control was at work: {history:?}");
 }

@@ -5,7 +5,8 @@
 //! radians. μ = 0 is the case of Zhang et al.: "force magnitude on the same line is identical everywhere".
 //!
 //! Deliberately absent: which part of the line is free (`line`), the 1 kHz pull of the hand (`kinematics::line_pull`),
-//! dynamic friction and the hysteresis of a line that is let back.
+//! dynamic friction and the hysteresis of a line that is let back. Scenes report this tension and do not apply it to
+//! the tissue: there the servo's pull and the tied stitches act.
 
 use crate::kinematics::line_pull::{capstan_ratio, wrap_angle_rad};
 use crate::vector::Vec3;

@@ -3,7 +3,8 @@
 //!
 //! d⁰ of Eq. (1) (Zhang et al.) is not said to be Euclidean or geodesic; both are here, geodesic is
 //! the sound one. Dijkstra with a binary heap; equal distances leave the heap by node index. Metres.
-//! Deliberately absent: paths through faces (a lattice with diagonals is within 8 % of them).
+//! Deliberately absent: paths through faces. Paths along springs overshoot them by up to 8 % on squares with both
+//! diagonals, 15 % on triangles, and 41 % across layers.
 
 use super::network::{Spring, SpringFamily, SpringNetwork};
 use std::cmp::Ordering;

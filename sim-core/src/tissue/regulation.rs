@@ -2,7 +2,7 @@
 //!
 //! `d_i = d_i⁰ + β max(|x_j − x_i| − d_i⁰, 0)` (Zhang et al., Eq. (1)). Mode `Paper`: one literal
 //! projection per step, `x_i ← x_j + d_i (x_i − x_j)/|x_i − x_j|`, `d_i` starting from `d_i⁰` each time
-//! (no ratchet), suture points in fixed order. Mode `Compliant` (default): β becomes a stiffness once,
+//! (no ratchet), suture points in fixed order; a free suture point feels no reaction. Mode `Compliant` (default): β becomes a stiffness once,
 //! at a reference step, and one-sided links of that stiffness are solved at the end of the step
 //! (`link_solve`), so that forces do not depend on the step. Nodes of attached patches follow nobody;
 //! fixed and prescribed nodes are skipped. Deliberately absent: where the `d_i⁰` come from (geodesic

@@ -36,7 +36,7 @@ pub enum SettleEnd {
     Converged,
     /// The iterations ran out.
     IterationsSpent,
-    /// A value was not finite; the positions are the last good ones.
+    /// A force was not finite; the positions are those at the start.
     Diverged,
 }
 
@@ -58,6 +58,7 @@ pub fn settle(
     position_m: &mut [Vec3],
     params: &SettleParams,
 ) -> Settled {
+    let start = position_m.to_vec();
     let step = steps_m_per_n(network);
     let rows = SpringRows::new(network);
     let mut force = vec![Vec3::zeros(); position_m.len()];
@@ -72,6 +73,7 @@ pub fn settle(
         let free = force.iter().zip(&step).filter(|(_, w)| **w > 0.0);
         let residual_n = free.map(|(f, _)| f.norm_squared()).fold(0.0, f64::max).sqrt();
         if !force.iter().all(is_finite) {
+            position_m.copy_from_slice(&start);
             return Settled { end: SettleEnd::Diverged, ..outcome };
         }
         outcome = Settled { residual_n, iterations: iteration, ..outcome };
@@ -159,6 +161,18 @@ mod tests {
             let expected = Vec3::new(0.0, 0.0, -0.012 * node as f64);
             assert!((x[node] - expected).norm() < 1e-11, "{x:?}");
         }
+    }
+
+    #[test]
+    fn a_settling_that_diverges_leaves_the_positions_of_the_start() {
+        let network = chain(2, 1e-6);
+        // A force so large that the first move overflows.
+        let load = NodeForce { node: 2, force_n: Vec3::new(0.0, 0.0, -1e305) };
+        let loads = Loads { nodes: vec![load], patches: Vec::new() };
+        let mut x = network.rest_state().position_m;
+        let settled = settle(&network, Some((&loads, &PatchSet::default())), &mut x, &SettleParams::default());
+        assert_eq!((settled.end, settled.iterations), (SettleEnd::Diverged, 0));
+        assert_eq!(x, network.rest_state().position_m);
     }
 
     #[test]

@@ -3,7 +3,8 @@
 //! A period of `H` seconds is `n` sub-steps of `h = H/n`. Each: spring forces and loads → velocity and
 //! position (integrator) → handles prescribed → attachments and pairs, implicit → patches and followers
 //! moved, with velocities `+ Δx/h`. A stage that a scene does not need is `None`: no loop, no memory.
-//! Nothing is allocated in a step. A node moves at most half a mesh spacing per period.
+//! Nothing is allocated in a step. A free node moves at most half a mesh spacing per period by Eq. (2), and as
+//! much again by the constraints: the limit is per stage, and cuts are counted.
 //! Deliberately absent: clocks, what the handles do, when stitches are tied (scene, wound).
 
 use crate::tissue::constraint::{Pairs, PatchResponse};

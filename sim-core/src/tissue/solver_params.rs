@@ -37,8 +37,8 @@ pub struct SolverParams {
     pub integrator: Integrator,
     /// Choice of sub-steps.
     pub substeps: SubstepPolicy,
-    /// Farthest a free node moves in one period, in mesh spacings: half a spacing, so that no node
-    /// passes its neighbour in one period.
+    /// Farthest one stage (Eq. (2), then the constraints) moves a free node in one period, in mesh spacings: half a
+    /// spacing each.
     pub displacement_limit_spacings: f64,
     /// Farthest a handle moves in one period, in mesh spacings: a hand at 0.8 m/s on a 2 mm mesh at 5 ms.
     pub handle_limit_spacings: f64,
