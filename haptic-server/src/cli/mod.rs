@@ -145,7 +145,7 @@ impl SceneArgs {
 }
 
 /// Capture radius for a recorded hand, millimetres. The hand cannot see the wound that it works on here: the grips of a
-/// life-size hand spread over ±40 mm round the wound's middle, and every grip shall take a point.
+/// life-size hand spread over ±40 mm round the wound's middle, and none shall miss every point for want of reach.
 pub const RECORDED_CAPTURE_RADIUS_MM: f64 = 60.0;
 
 impl SceneArgs {

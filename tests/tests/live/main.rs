@@ -112,10 +112,25 @@ fn a_killed_solver_is_started_again_and_the_servo_goes_on() {
 
 #[test]
 fn a_killed_server_leaves_nothing_that_hinders_the_next() {
+    killed_beside_a_solver(|_, _| ());
+}
+
+#[test]
+fn a_killed_server_takes_a_stopped_solver_with_it() {
+    killed_beside_a_solver(|sandbox, solver| {
+        // A solver whose tissue is felt has long been tied to its server.
+        pull::wait_for_a_pull(sandbox);
+        kill_process(solver, Signal::STOP).expect("the solver is there");
+    });
+}
+
+/// Kills a server after something was done to its solver; nothing is left of either.
+fn killed_beside_a_solver(prepare: impl Fn(&Sandbox, rustix::process::Pid)) {
     let _alone = alone();
     let sandbox = Sandbox::new();
     let server = run(&sandbox, &["--duration", "60"]);
     let solver = solver_of(&server);
+    prepare(&sandbox, solver);
     server.signal(Signal::KILL);
     assert_eq!(ended(server).code, None);
     let gone = wait_for(LIMIT, || rustix::process::test_kill_process(solver).is_err().then_some(()));

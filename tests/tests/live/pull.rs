@@ -34,7 +34,7 @@ fn force_n(state: &ServoState) -> f64 {
 }
 
 /// Waits until the hand of the server in this sandbox pulls.
-fn wait_for_a_pull(sandbox: &Sandbox) {
+pub(super) fn wait_for_a_pull(sandbox: &Sandbox) {
     let environment =
         Environment { xdg_runtime_dir: Some(sandbox.folder().to_path_buf()), ..Environment::of_process() };
     let root = RunRoot::open(&environment).expect("the server made its root");
