@@ -216,7 +216,7 @@ mod tests {
     #[test]
     fn a_full_ledger_takes_no_stitch_and_leaves_no_constraint_behind() {
         let plan = ScenePlan::new(&presets::skin()).unwrap();
-        let patches = PatchSet::new(2, [(&[0_u32][..], &[1.0][..]), (&[1][..], &[1.0][..])].into_iter()).unwrap();
+        let patches = PatchSet::new(2, [(&[0_u32][..], &[1.0][..]), (&[1][..], &[1.0][..])]).unwrap();
         let (mut stitching, mut pairs) = (Stitching::new(&plan).unwrap(), Pairs::default());
         let at = [Vec3::zeros(), Vec3::new(0.004, 0.0, 0.0)];
         for stitch in 0..=LEDGER_CAPACITY {
