@@ -3,7 +3,8 @@
 //! [`LiveRoom`] sleeps to an absolute time (`clock_nanosleep`, `TIMER_ABSTIME`; EINTR sleeps on), optionally spins the last
 //! microseconds, takes the newest tissue port out of its cell, ticks, publishes `servo_state`, and pushes the tick record
 //! and its events into rings. A device that owns its clock calls [`ServoRoom::tick`] without [`ServoRoom::wait`].
-//! The bridge thread puts ports into the cell with `force_push` (two places: wait-free on both sides).
+//! The bridge thread puts ports into the cell with `force_push` (two places; lock-free: a pop waits for a push that has
+//! begun, so a bridge that is preempted in those few instructions delays the tick until it runs again).
 //! Deliberately absent: everything that can wait; subscribing, recording, logging and stopping the process live elsewhere.
 
 use crate::device::{DeviceCommand, DeviceSample, HandView, ServoRoom, TickTime};

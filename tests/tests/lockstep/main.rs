@@ -91,6 +91,34 @@ fn synthetic_hand_sutures_the_skin_and_the_control_keeps_it_closed() {
 }
 
 #[test]
+fn algorithm2_without_control_the_same_pulls_open_a_stitch() {
+    let sandbox = Sandbox::new();
+    let worst = |control: &str| {
+        let out = sandbox.folder().join(control);
+        lockstep(&sandbox, &["--scene", "skin", "--control", control], &out);
+        let summary: Value =
+            serde_json::from_slice(&files(&out)["summary.json"]).expect("lockstep writes a JSON summary");
+        assert_eq!(summary["stitches"], 4, "{control}");
+        summary["er_max"].as_f64().expect("a number")
+    };
+    let (on, off) = (worst("on"), worst("off"));
+    assert!(on <= 0.10 && off > 0.10, "worst ER: on {on}, off {off}");
+}
+
+#[test]
+fn a_solver_as_fast_as_the_servo_still_gives_force() {
+    let sandbox = Sandbox::new();
+    let readme = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../README.md")).expect("README");
+    let scene = readme.split("```toml").nth(1).and_then(|t| t.split("```").next()).expect("the scene file");
+    let path = sandbox.folder().join("fast.toml");
+    std::fs::write(&path, scene.replace("rate_hz = 200.0", "rate_hz = 1000.0")).expect("written");
+    let out = sandbox.folder().join("fast");
+    lockstep(&sandbox, &["--scene", path.to_str().expect("plain"), "--duration", "4"], &out);
+    let summary: Value = serde_json::from_slice(&files(&out)["summary.json"]).expect("JSON");
+    assert!(summary["peak_force_n"].as_f64().expect("a number") > 0.05, "{summary}");
+}
+
+#[test]
 fn unusable_input_ends_with_its_code_and_its_place() {
     let sandbox = Sandbox::new();
     let bad = sandbox.folder().join("bad.csv");
