@@ -2,7 +2,7 @@
 //!
 //! Free part: length `L_f = L − Σ|path|`, ends `a` (last suture point) and `b` (hand), extension `r = |b − a|/L_f`.
 //! Below [`STRAIGHT_RATIO`] it hangs by Follow the Leader without tension; from there on it is a straight
-//! polyline; beyond r = 1 it pulls with `T = EA/L_f·(|b − a| − L_f)` and never stretches silently (Zhang et al.,
+//! polyline; beyond r = 1 the tension `T = EA/L_f·(|b − a| − L_f)` is reported (what pulls is named in `scene::line_course`; Zhang et al.,
 //! §2.1; their line is always taut). Metres, newtons.
 //!
 //! A cut drops the tension and leaves both halves, each led by its own end. Deliberately absent: the hand's pull at 1 kHz
