@@ -99,6 +99,12 @@ impl Handles {
         if last.is_none_or(|c| c.epoch != new.epoch) {
             self.slipped_to_m = 0.0;
         }
+        let takes_line = port.handles[0].mode == HANDLE_PULLED && self.handles[0].mode != HANDLE_PULLED;
+        if takes_line {
+            // The stylus has moved since the solver saw it take the line: taking it must not make a tension.
+            let [near, partner] = [&port.handles[0], &port.handles[1]];
+            self.slipped_to_m = measure(stylus_m, Vec3::from(near.position_m), Vec3::from(partner.position_m)).length_m;
+        }
         if let Some(context) = &mut self.context {
             context.line_rest_length_m = context.line_rest_length_m.max(self.slipped_to_m);
         }

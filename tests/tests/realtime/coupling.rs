@@ -65,6 +65,19 @@ fn a_pulled_line_is_in_balance_with_both_points_and_the_hand() {
 }
 
 #[test]
+fn taking_the_line_makes_no_tension_though_the_stylus_went_on() {
+    let mut rig = Rig::active();
+    // 6 mm farther than where the solver saw the hand take the line: 2.4 N at once if L₀ came from there.
+    rig.move_stylus(Vec3::new(0.0, 0.0, 0.006), 100);
+    rig.grip = Grip::Pulled;
+    rig.epoch += 1;
+    rig.run(200);
+    assert!(rig.last_force.norm() < ZERO_N, "{}", rig.last_force);
+    rig.move_stylus(Vec3::new(0.0, 0.0, 0.003), 100);
+    assert!(rig.servo.state().handles[0].line_tension_n > 0.1);
+}
+
+#[test]
 fn a_slack_line_pulls_nothing() {
     let mut rig = Rig::active();
     rig.grip = Grip::Pulled;
