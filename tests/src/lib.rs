@@ -2,6 +2,7 @@
 //! small networks, recorded data beside the repository, and processes in a sandbox. The latency harness's parts
 //! stand here too, so that its binary only starts them.
 
+pub mod accuracy;
 pub mod closed_forms;
 pub mod generators;
 pub mod harness;
