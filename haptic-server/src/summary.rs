@@ -103,6 +103,9 @@ pub fn integrator_name(code: u32) -> &'static str {
     match code {
         0 => "semi_implicit",
         1 => "paper_explicit",
+        2 => "verlet",
+        3 => "bdf2",
+        4 => "xpbd",
         _ => "unknown",
     }
 }

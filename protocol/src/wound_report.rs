@@ -63,7 +63,7 @@ pod! {
         pub scene_kind: u32,
         /// Suturing stage as in `tissue_port`.
         pub stage: u32,
-        /// Integrator: 0 semi-implicit, 1 paper explicit.
+        /// Integrator: 0 semi-implicit, 1 paper explicit, 2 Verlet, 3 BDF2, 4 XPBD.
         pub integrator: u32,
         /// Sub-steps per solver step.
         pub substeps: u32,

@@ -7,7 +7,6 @@ use crate::scene_file;
 use serde_json::json;
 use sim_core::scene::config::TissueConfig;
 use sim_core::scene::step::Scene;
-use sim_core::tissue::integrator::Integrator;
 use std::path::Path;
 
 /// Loads a scene file with its mesh, builds it, and says what would be simulated.
@@ -35,10 +34,7 @@ pub(super) fn scene_check(file: &Path, format: Format) -> Result<String, ServerE
     let network = &scene.tissue().network;
     let (nodes, springs) = (network.node_count(), network.springs.len());
     let stability = scene.solver().stability();
-    let integrator = match stability.integrator {
-        Integrator::SemiImplicit => "semi_implicit",
-        Integrator::PaperExplicit => "paper_explicit",
-    };
+    let integrator = stability.integrator.name();
     let pairs = scene.tissue().pairs.len();
     Ok(match format {
         Format::Json => {

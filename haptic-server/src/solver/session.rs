@@ -250,6 +250,9 @@ impl SolverSession {
         report.integrator = match stability.integrator {
             Integrator::SemiImplicit => 0,
             Integrator::PaperExplicit => 1,
+            Integrator::Verlet => 2,
+            Integrator::Bdf2 => 3,
+            Integrator::Xpbd => 4,
         };
         report.substeps = stability.substeps;
         report.stability_number = stability.number;

@@ -3,11 +3,12 @@
 //! An explicit velocity update is `v⁺ = keep · v + gain · F`, `x⁺ = x + h v⁺`, with two factors per
 //! node; each integrator of that shape is one file that gives the factors. Nodes that may not move
 //! have both factors 0, so the loop has no branch for them.
-//! Other shapes (Verlet, BDF2) get their own file and their own arm here.
+//! Other shapes (Verlet's start and its output, BDF2, XPBD) have their own files; for them the two factors say how a
+//! node answers forces that act at the end of the step.
 
 use crate::finite::is_finite;
 use crate::tissue::network::TissueState;
-use crate::tissue::{paper_explicit, semi_implicit};
+use crate::tissue::{paper_explicit, semi_implicit, verlet};
 use crate::vector::Vec3;
 
 /// Integrators to choose from.
@@ -18,6 +19,12 @@ pub enum Integrator {
     SemiImplicit,
     /// The paper's explicit form, as printed.
     PaperExplicit,
+    /// Staggered Verlet with Crank–Nicolson drag.
+    Verlet,
+    /// Second-order backward differences, solved by Newton and conjugate gradients.
+    Bdf2,
+    /// Extended position-based dynamics, for comparison.
+    Xpbd,
 }
 
 /// Velocity update of one node.
@@ -39,20 +46,33 @@ pub struct AdvanceCounts {
 }
 
 impl Integrator {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::SemiImplicit, Self::PaperExplicit, Self::Verlet, Self::Bdf2, Self::Xpbd];
+
     /// Name as printed in reports.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::SemiImplicit => "semi_implicit",
             Self::PaperExplicit => "paper_explicit",
+            Self::Verlet => "verlet",
+            Self::Bdf2 => "bdf2",
+            Self::Xpbd => "xpbd",
         }
+    }
+
+    /// Whether it is bounded at any step; the others have a stability number below 1 or blow up.
+    #[must_use]
+    pub const fn is_stable_at_any_step(self) -> bool {
+        matches!(self, Self::Bdf2 | Self::Xpbd)
     }
 
     /// Factors of one node for a step of `h` seconds.
     #[must_use]
     pub fn factors(self, mass_kg: f64, drag_n_s_per_m: f64, h: f64) -> NodeFactors {
         match self {
-            Self::SemiImplicit => semi_implicit::factors(mass_kg, drag_n_s_per_m, h),
+            Self::SemiImplicit | Self::Bdf2 | Self::Xpbd => semi_implicit::factors(mass_kg, drag_n_s_per_m, h),
+            Self::Verlet => verlet::factors(mass_kg, drag_n_s_per_m, h),
             Self::PaperExplicit => paper_explicit::factors(mass_kg, drag_n_s_per_m, h),
         }
     }

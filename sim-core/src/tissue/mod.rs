@@ -36,6 +36,7 @@ mod tests;
 pub mod triangle_mesh;
 pub mod ttsm;
 pub mod utsm;
+pub mod verlet;
 pub mod vosm;
 pub mod wound_frame;
 

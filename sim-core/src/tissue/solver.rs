@@ -51,6 +51,8 @@ pub struct StepReport {
     pub handles_cut: u32,
     /// Values that were not finite and were replaced by the last good ones.
     pub contained: u32,
+    /// Iterations of the linear solver; 0 for integrators that solve nothing.
+    pub linear_iterations: u32,
 }
 
 /// A tissue with its integrator.

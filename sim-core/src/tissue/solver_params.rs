@@ -16,6 +16,9 @@ use crate::vector::Vec3;
 /// Longest search for a step that would do, in sub-steps.
 const SUBSTEP_SEARCH_LIMIT: u32 = 1_000_000;
 
+/// Sub-steps of XPBD where none are demanded: small steps with one iteration each beat more iterations.
+const XPBD_SUBSTEPS: u32 = 10;
+
 /// How the sub-steps of a period are chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SubstepPolicy {
@@ -98,6 +101,9 @@ pub enum SolverError {
         /// Its value.
         value: f64,
     },
+    /// An integrator that this build cannot run.
+    #[error("the integrator {} is not available; choose semi_implicit, verlet or paper_explicit", .0.name())]
+    Unavailable(Integrator),
     /// Patches of another network.
     #[error("a patch names a node beyond the {0} nodes of the network; build the patches from this network")]
     Patches(usize),
@@ -132,7 +138,8 @@ pub enum SolverError {
 
 const fn limit_formula(integrator: Integrator) -> &'static str {
     match integrator {
-        Integrator::SemiImplicit => "lambda h^2 < 4 m + 2 c h",
+        Integrator::SemiImplicit | Integrator::Bdf2 | Integrator::Xpbd => "lambda h^2 < 4 m + 2 c h",
+        Integrator::Verlet => "lambda h^2 < 4 m",
         Integrator::PaperExplicit => "lambda h^2 + 2 c h < 4 m",
     }
 }
@@ -143,16 +150,25 @@ pub(crate) fn assess(
     position_m: &[Vec3],
     params: &SolverParams,
 ) -> Result<Stability, SolverError> {
+    if params.integrator.is_stable_at_any_step() {
+        return Err(SolverError::Unavailable(params.integrator));
+    }
     let tangent = Tangent::at(network, position_m);
     let (integrator, period_s) = (params.integrator, params.period_s);
+    let number_of = |n: u32| stability_number(&tangent, network, integrator, period_s / f64::from(n));
     let chosen = match params.substeps {
+        SubstepPolicy::Automatic { max } if integrator.is_stable_at_any_step() => {
+            let substeps = if integrator == Integrator::Xpbd { XPBD_SUBSTEPS.min(max) } else { 1 };
+            Some((substeps, number_of(substeps), SubstepReason::AnyIsStable))
+        }
         SubstepPolicy::Automatic { max } => {
             fewest_substeps(&tangent, network, integrator, period_s, TARGET_NUMBER, max)
                 .map(|(n, number)| (n, number, if n == 1 { SubstepReason::OneIsEnough } else { SubstepReason::Chosen }))
         }
         SubstepPolicy::Demanded(n) => {
-            let number = stability_number(&tangent, network, integrator, period_s / f64::from(n));
-            (number < 1.0).then_some((n, number, SubstepReason::Demanded))
+            let number = number_of(n);
+            let usable = number < 1.0 || integrator.is_stable_at_any_step();
+            usable.then_some((n, number, SubstepReason::Demanded))
         }
     };
     let Some((substeps, number, reason)) = chosen else {
@@ -174,8 +190,8 @@ fn refusal(tangent: &Tangent, network: &SpringNetwork, params: &SolverParams) ->
     let nodes = network.mass_kg.iter().zip(&network.drag_n_s_per_m);
     let (mass_kg, drag) = nodes.min_by(|a, b| a.0.total_cmp(b.0)).map_or((f64::NAN, f64::NAN), |(m, c)| (*m, *c));
     let helping_drag_kg = match integrator {
-        Integrator::SemiImplicit => 0.5 * drag * h,
-        Integrator::PaperExplicit => 0.0,
+        Integrator::SemiImplicit | Integrator::Bdf2 | Integrator::Xpbd => 0.5 * drag * h,
+        Integrator::PaperExplicit | Integrator::Verlet => 0.0,
     };
     let substeps_needed = fewest_substeps(tangent, network, integrator, period_s, target, SUBSTEP_SEARCH_LIMIT)
         .map_or(SUBSTEP_SEARCH_LIMIT, |(n, _)| n);

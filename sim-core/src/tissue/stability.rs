@@ -36,6 +36,8 @@ pub enum SubstepReason {
     Chosen,
     /// Demanded by the configuration.
     Demanded,
+    /// The integrator is stable at any step.
+    AnyIsStable,
 }
 
 /// Verdict on a network, a period and an integrator.
@@ -69,6 +71,7 @@ impl fmt::Display for Stability {
             SubstepReason::OneIsEnough => "one step per period is stable",
             SubstepReason::Chosen => "sub-steps chosen by the stability number",
             SubstepReason::Demanded => "sub-steps demanded by the configuration",
+            SubstepReason::AnyIsStable => "stable at any step",
         };
         write!(
             f,
@@ -214,8 +217,12 @@ pub fn lambda_max(tangent: &Tangent) -> f64 {
 pub fn stability_number(tangent: &Tangent, network: &SpringNetwork, integrator: Integrator, h: f64) -> f64 {
     let nodes = network.mass_kg.iter().zip(&network.drag_n_s_per_m);
     let (scale, extra): (Vec<f64>, Vec<f64>) = match integrator {
-        Integrator::SemiImplicit => nodes.map(|(m, c)| (4.0 * m + 2.0 * c * h, 0.0)).unzip(),
+        // An unconditionally stable integrator is given the number that the explicit form would have.
+        Integrator::SemiImplicit | Integrator::Bdf2 | Integrator::Xpbd => {
+            nodes.map(|(m, c)| (4.0 * m + 2.0 * c * h, 0.0)).unzip()
+        }
         Integrator::PaperExplicit => nodes.map(|(m, c)| (4.0 * m, 2.0 * c * h)).unzip(),
+        Integrator::Verlet => nodes.map(|(m, _)| (4.0 * m, 0.0)).unzip(),
     };
     tangent.largest(&scale, h * h, &extra)
 }
