@@ -3,5 +3,5 @@
 
 pub mod radar;
 pub mod series;
-mod svg;
+pub mod svg;
 pub mod tables;

@@ -4,26 +4,33 @@
 use std::fmt::Write as _;
 
 /// A picture under construction.
-pub(super) struct Svg {
+#[derive(Clone, Debug)]
+pub struct Svg {
     body: String,
     width: f64,
     height: f64,
 }
 
 /// Where a text is anchored.
-#[derive(Clone, Copy)]
-pub(super) enum Anchor {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Anchor {
+    /// At its first letter.
     Start,
+    /// At its middle.
     Middle,
+    /// At its last letter.
     End,
 }
 
 impl Svg {
-    pub(super) fn new(width: f64, height: f64) -> Self {
+    /// An empty white picture.
+    #[must_use]
+    pub fn new(width: f64, height: f64) -> Self {
         Self { body: String::new(), width, height }
     }
 
-    pub(super) fn line(&mut self, from: (f64, f64), to: (f64, f64), colour: &str, width: f64) {
+    /// A straight line.
+    pub fn line(&mut self, from: (f64, f64), to: (f64, f64), colour: &str, width: f64) {
         let _ = writeln!(
             self.body,
             r#"<line x1="{:.2}" y1="{:.2}" x2="{:.2}" y2="{:.2}" stroke="{colour}" stroke-width="{width}"/>"#,
@@ -31,19 +38,28 @@ impl Svg {
         );
     }
 
-    pub(super) fn polyline(&mut self, points: &[(f64, f64)], style: &str) {
+    /// A polyline with the attributes `style`.
+    pub fn polyline(&mut self, points: &[(f64, f64)], style: &str) {
         let _ = writeln!(self.body, r#"<polyline points="{}" {style}/>"#, list(points));
     }
 
-    pub(super) fn polygon(&mut self, points: &[(f64, f64)], style: &str) {
+    /// A closed polygon with the attributes `style`.
+    pub fn polygon(&mut self, points: &[(f64, f64)], style: &str) {
         let _ = writeln!(self.body, r#"<polygon points="{}" {style}/>"#, list(points));
     }
 
-    pub(super) fn dot(&mut self, at: (f64, f64), radius: f64, colour: &str) {
+    /// A filled circle.
+    pub fn dot(&mut self, at: (f64, f64), radius: f64, colour: &str) {
         let _ = writeln!(self.body, r#"<circle cx="{:.2}" cy="{:.2}" r="{radius}" fill="{colour}"/>"#, at.0, at.1);
     }
 
-    pub(super) fn text(&mut self, at: (f64, f64), size: f64, anchor: Anchor, text: &str) {
+    /// Any other element, as written.
+    pub fn element(&mut self, xml: &str) {
+        let _ = writeln!(self.body, "{xml}");
+    }
+
+    /// A line of text; `<`, `>` and `&` are escaped.
+    pub fn text(&mut self, at: (f64, f64), size: f64, anchor: Anchor, text: &str) {
         let anchor = match anchor {
             Anchor::Start => "start",
             Anchor::Middle => "middle",
@@ -58,7 +74,9 @@ impl Svg {
         );
     }
 
-    pub(super) fn finish(self) -> String {
+    /// The whole `<svg>` element.
+    #[must_use]
+    pub fn finish(self) -> String {
         let (w, h) = (self.width, self.height);
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" \
@@ -72,12 +90,15 @@ fn list(points: &[(f64, f64)]) -> String {
     points.iter().map(|(x, y)| format!("{x:.2},{y:.2}")).collect::<Vec<_>>().join(" ")
 }
 
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+/// Text as it may stand between tags and in quoted attributes.
+#[must_use]
+pub fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// A step of 1, 2 or 5 times a power of ten that divides `span` into about `parts`.
-pub(super) fn nice_step(span: f64, parts: f64) -> f64 {
+#[must_use]
+pub fn nice_step(span: f64, parts: f64) -> f64 {
     let raw = (span / parts).max(f64::MIN_POSITIVE);
     let power = 10.0_f64.powf(raw.log10().floor());
     let factor = [1.0, 2.0, 5.0].into_iter().find(|f| f * power >= raw * (1.0 - 1e-9)).unwrap_or(10.0);

@@ -1,6 +1,17 @@
 //! The accuracy report: error against run time, stability, extreme cases, validation, and what each scene paid for.
 //!
-//! A part of the report is one file with one function `measure(effort, progress) -> Section`. A [`section::Section`] carries
-//! words, figures and rows; the rows become the HTML table, the CSV file and the JSON array of the same key.
+//! A part of the report is one file with one function `measure(effort, progress) -> Section`, named once in `parts`. A
+//! [`section::Section`] carries words, figures and rows; the rows become the HTML table, the CSV file and the JSON array
+//! of the same key. `cli` runs the parts in order and writes the report anew after each, so that a run that is stopped
+//! leaves what it has.
 
+mod cli;
+mod document;
+mod head;
+mod page;
+mod parts;
+pub mod plot;
+mod regression;
 pub mod section;
+
+pub use cli::main;

@@ -1,0 +1,109 @@
+//! The report as data: one JSON document, one CSV file per section, one SVG file per figure.
+//!
+//! Values that are not finite have no JSON number; they are `null` there and empty in the CSV. A part that was not
+//! measured has an empty array and stands in `report.not_measured`.
+
+use super::head::Head;
+use super::page;
+use super::regression::Worse;
+use super::section::{Effort, Section};
+use haptic_server::error::ServerError;
+use serde_json::{Map, Value, json};
+use std::path::Path;
+
+/// All that was measured so far.
+#[derive(Clone, Debug)]
+pub(super) struct Report {
+    pub(super) head: Head,
+    pub(super) effort: Effort,
+    pub(super) sections: Vec<Section>,
+    /// Keys of the parts that were not begun.
+    pub(super) not_measured: Vec<&'static str>,
+    /// Key of the part in which the report was stopped.
+    pub(super) stopped_in: Option<&'static str>,
+    /// What got worse than the stored report, when one was given.
+    pub(super) worse: Option<Vec<Worse>>,
+}
+
+impl Report {
+    /// True when every part was measured to its end.
+    pub(super) fn complete(&self) -> bool {
+        self.not_measured.is_empty() && self.stopped_in.is_none()
+    }
+
+    /// The JSON document.
+    pub(super) fn to_json(&self) -> Value {
+        let mut head = self.head.to_json();
+        head.insert("effort".into(), json!(effort_name(self.effort)));
+        head.insert("complete".into(), json!(self.complete()));
+        head.insert("stopped_in".into(), json!(self.stopped_in));
+        head.insert("not_measured".into(), json!(self.not_measured));
+        let mut document = Map::new();
+        document.insert("report".into(), Value::Object(head));
+        for key in &self.not_measured {
+            document.insert((*key).into(), json!([]));
+        }
+        for section in &self.sections {
+            let rows = section.rows.iter().map(|row| {
+                Value::Object(row.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect())
+            });
+            document.insert(section.key.into(), Value::Array(rows.collect()));
+        }
+        if let Some(worse) = &self.worse {
+            document.insert("worse".into(), Value::Array(worse.iter().map(Worse::to_json).collect()));
+        }
+        Value::Object(document)
+    }
+
+    /// Writes report.html, report.json, a CSV per section and an SVG per figure.
+    pub(super) fn write(&self, folder: &Path) -> Result<(), ServerError> {
+        std::fs::create_dir_all(folder).map_err(|e| writing(folder, &e))?;
+        save(folder, "report.html", page::html(self).as_bytes())?;
+        save(folder, "report.json", format!("{:#}\n", self.to_json()).as_bytes())?;
+        for section in &self.sections {
+            save(folder, &format!("{}.csv", section.key), &csv(section)?)?;
+            for figure in &section.figures {
+                save(folder, &format!("{}.svg", figure.name), figure.svg.as_bytes())?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Name of an effort in the outputs.
+pub(super) const fn effort_name(effort: Effort) -> &'static str {
+    match effort {
+        Effort::Quick => "quick",
+        Effort::Full => "full",
+    }
+}
+
+/// Writes beside the target and renames, so that a reader never sees half a file.
+fn save(folder: &Path, name: &str, content: &[u8]) -> Result<(), ServerError> {
+    let (path, fresh) = (folder.join(name), folder.join(format!(".{name}.new")));
+    std::fs::write(&fresh, content).and_then(|()| std::fs::rename(&fresh, &path)).map_err(|e| writing(&path, &e))
+}
+
+fn writing(path: &Path, error: &std::io::Error) -> ServerError {
+    ServerError::Internal(format!("{}: cannot write: {error}; choose another folder with --out", path.display()))
+}
+
+fn csv(section: &Section) -> Result<Vec<u8>, ServerError> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let fail = |e: &dyn std::fmt::Display| ServerError::Internal(format!("{}.csv cannot be made: {e}", section.key));
+    if let Some(first) = section.rows.first() {
+        writer.write_record(first.iter().map(|(name, _)| *name)).map_err(|e| fail(&e))?;
+    }
+    for row in &section.rows {
+        writer.write_record(row.iter().map(|(_, value)| plain(value))).map_err(|e| fail(&e))?;
+    }
+    writer.into_inner().map_err(|e| fail(&e))
+}
+
+fn plain(value: &Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    }
+}

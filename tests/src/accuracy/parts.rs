@@ -1,0 +1,53 @@
+//! The parts of the report in the order in which they are measured and printed.
+//!
+//! One line per part. A part gives one section or several that belong together.
+
+use super::section::{Effort, Progress, Section};
+
+/// What was asked for.
+#[derive(Clone, Debug)]
+pub(super) struct Request {
+    pub(super) effort: Effort,
+    /// Scenes by name; empty for all.
+    pub(super) scenes: Vec<String>,
+    /// Keys of the parts that shall be measured; empty for all.
+    pub(super) only: Vec<String>,
+}
+
+type Measure = fn(&Request, &Progress<'_>) -> Vec<Section>;
+
+/// One part.
+pub(super) struct Part {
+    /// Keys of its sections.
+    pub(super) keys: &'static [&'static str],
+    /// Measures it.
+    pub(super) measure: Measure,
+}
+
+/// The parts that a request asks for.
+pub(super) fn parts(request: &Request) -> Vec<Part> {
+    let wanted = |part: &Part| {
+        request.only.is_empty() || part.keys.iter().any(|key| request.only.iter().any(|only| only == key))
+    };
+    all().into_iter().filter(wanted).collect()
+}
+
+/// Keys of all parts.
+pub(super) fn keys() -> Vec<&'static str> {
+    all().iter().flat_map(|part| part.keys).copied().collect()
+}
+
+fn all() -> Vec<Part> {
+    vec![]
+}
+
+/// Rows of scenes that were not asked for are dropped; rows that name no scene stay.
+pub(super) fn keep_scenes(section: &mut Section, scenes: &[String]) {
+    if scenes.is_empty() {
+        return;
+    }
+    section.rows.retain(|row| {
+        let scene = row.iter().find(|(name, _)| *name == "scene").and_then(|(_, value)| value.as_str());
+        scene.is_none_or(|scene| scenes.iter().any(|s| s == scene))
+    });
+}
