@@ -6,6 +6,7 @@ pub mod convert;
 pub mod device;
 pub mod error;
 pub mod exit;
+pub mod flight_record;
 pub mod hand;
 pub mod inspect;
 pub mod lockstep;

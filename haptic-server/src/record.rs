@@ -1,6 +1,6 @@
 //! `--record`: writes a session to an MCAP file, on a thread of its own.
 //!
-//! The servo thread pushes each tick into a ring ([`ServoLinks::record`]) and never waits; this thread empties it
+//! The servo thread pushes each tick into a ring and never waits; this thread empties it
 //! every 20 ms, adds the stylus pose at 100 Hz and at button changes, and at 30 Hz the newest wound report and tissue
 //! frame from the solver's topics; the outline once per scene. When the file cannot be written (disk full) recording
 //! stops, the reason is kept for the summary, the ring is emptied on, and what was written stays readable.
@@ -9,6 +9,7 @@
 pub mod origin;
 
 use crate::error::ServerError;
+use crate::servo::flight_recorder::TickRecord;
 use crate::servo_setup::ServoLinks;
 use protocol::ports::{PortError, PortNode, SceneFrame, SceneFrameSubscriber, SceneOutline};
 use protocol::ports::{SceneOutlineSubscriber, WoundReportSubscriber};
@@ -16,6 +17,7 @@ use protocol::run::RunDir;
 use protocol::servo_state::ServoState;
 use protocol::trace::{HandPose, Metadata, TraceError, TraceWriter};
 use protocol::wound_report::WoundReport;
+use rtrb::Consumer;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -150,11 +152,17 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Creates the file and starts the thread. Links must have been made with a recording ring.
+    /// Creates the file and starts the thread, which empties `ring`.
     ///
     /// # Errors
     /// 69 or 77 when the file cannot be created; nothing was started then.
-    pub fn start(path: &Path, metadata: &Metadata, run: RunDir, links: Arc<ServoLinks>) -> Result<Self, ServerError> {
+    pub fn start(
+        path: &Path,
+        metadata: &Metadata,
+        run: RunDir,
+        mut ring: Consumer<TickRecord>,
+        links: Arc<ServoLinks>,
+    ) -> Result<Self, ServerError> {
         let file = File::create(path).map_err(|e| writing(path, &e))?;
         let recording = Recording::create(BufWriter::new(file), metadata)
             .map_err(|e| ServerError::Unavailable(format!("{}: {e}", path.display())))?;
@@ -162,7 +170,11 @@ impl Recorder {
         let (end_seen, failed_told, path) = (Arc::clone(&end), Arc::clone(&failed), PathBuf::from(path));
         let thread = std::thread::Builder::new()
             .name("recorder".to_owned())
-            .spawn(move || record(recording, &path, &run, &links, &end_seen, &failed_told))
+            .spawn(move || {
+                let mut outcome = record(recording, &path, &run, &mut ring, &end_seen, &failed_told);
+                outcome.lost_ticks += links.lost_records.load(Ordering::Relaxed);
+                outcome
+            })
             .map_err(|e| ServerError::Unavailable(format!("cannot start the recording thread: {e}; free memory")))?;
         Ok(Self { thread, end, failed })
     }
@@ -228,7 +240,7 @@ fn record<W: Write>(
     mut recording: Recording<W>,
     path: &Path,
     run: &RunDir,
-    links: &ServoLinks,
+    ring: &mut Consumer<TickRecord>,
     end: &AtomicBool,
     failed: &AtomicBool,
 ) -> RecordOutcome {
@@ -237,10 +249,8 @@ fn record<W: Write>(
     loop {
         // Read before the ring is emptied: what was pushed before the end was asked for is recorded.
         let is_last = end.load(Ordering::Relaxed);
-        if let Some(ring) = &links.record {
-            while let Some(tick) = ring.pop() {
-                recording.tick(&tick.state);
-            }
+        while let Ok(tick) = ring.pop() {
+            recording.tick(&tick.state);
         }
         let now = Instant::now();
         if topics.is_none() && now >= next_join {
@@ -270,9 +280,7 @@ fn record<W: Write>(
         }
         std::thread::sleep(RING_PAUSE);
     }
-    let mut outcome = recording.finish();
-    outcome.lost_ticks += links.lost_records.load(Ordering::Relaxed);
-    outcome
+    recording.finish()
 }
 
 /// Class of a failure to create or write a file.

@@ -1,22 +1,25 @@
-//! What the 1 kHz room needs but must not make itself: rings, flags, histograms.
+//! What the 1 kHz room needs but must not make itself: cell, rings, flags, histograms.
 //!
-//! [`ServoLinks`] is everything that other threads share with the servo thread: each ring has one fixed size, each flag is
-//! an atomic, so that nobody can make the servo wait. Orders are counters, so that none is lost or taken twice.
-//! Deliberately absent: the threads on the other ends.
+//! Everything that crosses the room's border is wait-free on the servo's side, whatever the other thread is doing when it
+//! loses its processor: the newest port comes in through a triple buffer, events and ticks leave through rings with one
+//! writer and one reader each, orders are atomic counters, so that none is lost or taken twice. [`open`] makes both ends;
+//! each thread is given its own. Deliberately absent: the threads on the other ends.
 
 use crate::servo::events::{EventBatch, ServoEvent};
-use crate::servo::flight_recorder::{FLIGHT_S, TickRecord};
+use crate::servo::flight_recorder::TickRecord;
 use crate::servo::stats::ServoStats;
-use crate::servo::thread::PORT_CELL;
-use crossbeam::queue::ArrayQueue;
 use hdrhistogram::{CreationError, Histogram};
 use protocol::tissue_port::TissuePort;
+use protocol::wire::Field;
+use rtrb::{Consumer, Producer, RingBuffer};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use triple_buffer::{Input, Output, triple_buffer};
 
 /// Events that wait for their reader at most.
-const EVENT_RING: usize = 1_024;
-/// Tick records that wait for the recording at most: four seconds of a disk that does not answer.
-const RECORD_RING: usize = 4_096;
+pub const EVENT_RING: usize = 1_024;
+/// Ticks that wait for a reader at most: four seconds of a disk that does not answer.
+pub const TICK_RING: usize = 4_096;
 /// Longest duration that the histograms tell apart, nanoseconds.
 const LONGEST_NS: u64 = 10_000_000_000;
 /// Significant digits of the histograms.
@@ -27,21 +30,13 @@ const DIGITS: u8 = 3;
 pub enum Recording {
     /// Nobody records: no ring.
     None,
-    /// Every tick goes into [`ServoLinks::record`].
+    /// Every tick goes into [`OuterEnds::record`].
     EveryTick,
 }
 
-/// What the servo thread shares with other threads.
-#[derive(Debug)]
+/// Flags and counters that the servo thread shares with other threads.
+#[derive(Debug, Default)]
 pub struct ServoLinks {
-    /// Newest tissue port; the bridge thread uses `force_push`.
-    pub ports: ArrayQueue<TissuePort>,
-    /// Events for telemetry.
-    pub events: ArrayQueue<ServoEvent>,
-    /// Last two seconds of ticks.
-    pub flight: ArrayQueue<TickRecord>,
-    /// Ticks for the recording.
-    pub record: Option<ArrayQueue<TickRecord>>,
     /// Set once: fade to zero force and end the loop.
     pub stop: AtomicBool,
     /// Deaths of the solver that the supervisor has reported.
@@ -56,28 +51,49 @@ pub struct ServoLinks {
     pub lost_records: AtomicU64,
 }
 
-impl ServoLinks {
-    /// Empty rings for a servo of this period.
-    #[must_use]
-    pub fn new(period_ns: u64, recording: Recording) -> Self {
-        let flight_ticks = (FLIGHT_S * 1e9 / period_ns.max(1) as f64).clamp(1.0, 100_000.0) as usize;
-        Self {
-            ports: ArrayQueue::new(PORT_CELL),
-            events: ArrayQueue::new(EVENT_RING),
-            flight: ArrayQueue::new(flight_ticks),
-            record: match recording {
-                Recording::None => None,
-                Recording::EveryTick => Some(ArrayQueue::new(RECORD_RING)),
-            },
-            stop: AtomicBool::new(false),
-            solver_deaths: AtomicU32::new(0),
-            rearms: AtomicU32::new(0),
-            ticks: AtomicU64::new(0),
-            lost_events: AtomicU64::new(0),
-            lost_records: AtomicU64::new(0),
-        }
-    }
+/// The servo thread's ends.
+#[derive(Debug)]
+pub struct RoomEnds {
+    /// Newest tissue port.
+    pub(crate) ports: Output<TissuePort>,
+    events: Producer<ServoEvent>,
+    flight: Producer<TickRecord>,
+    record: Option<Producer<TickRecord>>,
+    links: Arc<ServoLinks>,
+}
 
+/// The ends of the other threads.
+#[derive(Debug)]
+pub struct OuterEnds {
+    /// Where the bridge puts a new tissue port.
+    pub ports: Input<TissuePort>,
+    /// Events for telemetry.
+    pub events: Consumer<ServoEvent>,
+    /// Every tick, for the flight record.
+    pub flight: Consumer<TickRecord>,
+    /// Every tick, for the recording if there is one.
+    pub record: Option<Consumer<TickRecord>>,
+}
+
+/// Empty cell and rings.
+#[must_use]
+pub fn open(recording: Recording) -> (Arc<ServoLinks>, RoomEnds, OuterEnds) {
+    let links = Arc::new(ServoLinks::default());
+    let (to_room, ports) = triple_buffer(&TissuePort::EMPTY);
+    let (events, told) = RingBuffer::new(EVENT_RING);
+    let (flight, flown) = RingBuffer::new(TICK_RING);
+    let (record, recorded) = match recording {
+        Recording::None => (None, None),
+        Recording::EveryTick => {
+            let (writer, reader) = RingBuffer::new(TICK_RING);
+            (Some(writer), Some(reader))
+        }
+    };
+    let room = RoomEnds { ports, events, flight, record, links: links.clone() };
+    (links, room, OuterEnds { ports: to_room, events: told, flight: flown, record: recorded })
+}
+
+impl ServoLinks {
     /// Fade to zero force and end the loop.
     pub fn order_stop(&self) {
         self.stop.store(true, Ordering::Relaxed);
@@ -92,20 +108,29 @@ impl ServoLinks {
     pub fn order_rearm(&self) {
         self.rearms.fetch_add(1, Ordering::Relaxed);
     }
+}
 
-    /// The servo's side: hands a tick and its events out; what finds no room is counted, nothing waits.
-    pub(crate) fn hand_out(&self, tick: &TickRecord, events: &EventBatch) {
+impl RoomEnds {
+    /// Flags and counters.
+    pub(crate) fn links(&self) -> &ServoLinks {
+        &self.links
+    }
+
+    /// Hands a tick and its events out; what finds no room is counted (a tick that the flight record misses shows there as
+    /// a gap), nothing waits.
+    pub(crate) fn hand_out(&mut self, tick: &TickRecord, events: &EventBatch) {
         let mut lost = u64::from(events.dropped());
         for event in events.as_slice() {
             lost += u64::from(self.events.push(*event).is_err());
         }
         if lost > 0 {
-            self.lost_events.fetch_add(lost, Ordering::Relaxed);
+            self.links.lost_events.fetch_add(lost, Ordering::Relaxed);
         }
-        if self.record.as_ref().is_some_and(|ring| ring.push(*tick).is_err()) {
-            self.lost_records.fetch_add(1, Ordering::Relaxed);
+        let _gap = self.flight.push(*tick);
+        if self.record.as_mut().is_some_and(|ring| ring.push(*tick).is_err()) {
+            self.links.lost_records.fetch_add(1, Ordering::Relaxed);
         }
-        self.ticks.store(tick.state.ticks, Ordering::Relaxed);
+        self.links.ticks.store(tick.state.ticks, Ordering::Relaxed);
     }
 }
 
@@ -126,4 +151,26 @@ pub fn new_stats() -> Result<ServoStats, CreationError> {
         sample_to_force_ns: histogram()?,
         peak_force_n: 0.0,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_port_that_is_still_being_written_is_not_seen_and_the_newest_whole_one_is() {
+        let (_, mut room, mut outer) = open(Recording::None);
+        assert!(!room.ports.update(), "nothing was delivered");
+        for epoch in 1..=3 {
+            outer.ports.write(TissuePort { epoch, ..TissuePort::EMPTY });
+        }
+        // A writer that lost its processor in the middle of the next one.
+        outer.ports.input_buffer_mut().epoch = 4;
+        assert!(room.ports.update());
+        assert_eq!(room.ports.output_buffer().epoch, 3);
+        assert!(!room.ports.update());
+        outer.ports.publish();
+        assert!(room.ports.update());
+        assert_eq!(room.ports.output_buffer().epoch, 4);
+    }
 }

@@ -1,8 +1,6 @@
 //! A recording holds every tick that fits on the disk, and never more trouble than a flag.
 
 use super::*;
-use crate::servo::flight_recorder::TickRecord;
-use crate::servo_setup;
 use protocol::ports::{SceneFramePublisher, SceneOutlinePublisher, WoundReportPublisher};
 use protocol::run::{Environment, RunRoot};
 use protocol::scene_frame::{FrameHeader, FrameNode, OutlineHeader};
@@ -115,9 +113,9 @@ fn the_recorder_brings_ring_and_topics_into_one_file() {
     let mut header = OutlineHeader { node_count: 2, ..OutlineHeader::EMPTY };
     outlines.send(&mut header, 2, |_| 0).unwrap();
 
-    let links = Arc::new(ServoLinks::new(PERIOD_NS, servo_setup::Recording::EveryTick));
+    let (mut servo, ring) = rtrb::RingBuffer::new(1_000);
     let file = place.path().join("session.mcap");
-    let recorder = Recorder::start(&file, &origin::origin(), active.run().clone(), Arc::clone(&links)).unwrap();
+    let recorder = Recorder::start(&file, &origin::origin(), active.run().clone(), ring, Arc::default()).unwrap();
     // Wall clock: patience with the recorder thread; nothing is measured.
     let start = Instant::now();
     let mut tick = 0;
@@ -133,7 +131,7 @@ fn the_recorder_brings_ring_and_topics_into_one_file() {
             tick += 1;
             let record =
                 TickRecord { state: state(tick), scheduled_ns: 0, now_ns: 0, dt_s: 1e-3, compute_ns: 0, clips: 0 };
-            links.record.as_ref().unwrap().push(record).unwrap();
+            servo.push(record).unwrap();
         }
         outlines.serve_late_joiners().unwrap();
         let mut header = FrameHeader { node_count: 2, ..FrameHeader::EMPTY };

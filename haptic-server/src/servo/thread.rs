@@ -3,33 +3,28 @@
 //! [`LiveRoom`] sleeps to an absolute time (`clock_nanosleep`, `TIMER_ABSTIME`; EINTR sleeps on), optionally spins the last
 //! microseconds, takes the newest tissue port out of its cell, ticks, publishes `servo_state`, and pushes the tick record
 //! and its events into rings. A device that owns its clock calls [`ServoRoom::tick`] without [`ServoRoom::wait`].
-//! The bridge thread puts ports into the cell with `force_push` (two places; lock-free: a pop waits for a push that has
-//! begun, so a bridge that is preempted in those few instructions delays the tick until it runs again).
+//! Cell (triple buffer) and rings (one writer, one reader) are wait-free: no thread that loses its processor in the middle of
+//! a transfer delays a tick.
 //! Deliberately absent: everything that can wait; subscribing, recording, logging and stopping the process live elsewhere.
 
 use crate::device::{DeviceCommand, DeviceSample, HandView, ServoRoom, TickTime};
 use crate::servo::clock::{Schedule, SuspendWatch};
-use crate::servo::flight_recorder::{FlightRecorder, TickRecord};
+use crate::servo::flight_recorder::TickRecord;
 use crate::servo::params::{ServoParams, to_ns};
 use crate::servo::stats::{ServoStats, TickTimes};
 use crate::servo::tick::{Orders, Servo, StopOrder, TickInput};
-use crate::servo_setup::ServoLinks;
+use crate::servo_setup::RoomEnds;
 use protocol::servo_state::ServoState;
-use protocol::tissue_port::TissuePort;
 use rustix::thread::ClockId as SleepClock;
 use rustix::time::{ClockId, Timespec};
 use std::sync::atomic::Ordering;
 
-/// Places of the port cell; more ports than this between two ticks cannot be found in it.
-pub const PORT_CELL: usize = 2;
-
 /// The servo against the wall clock. `sink` publishes `servo_state`: no heap, no lock, no system call.
-pub struct LiveRoom<'a, S> {
+pub struct LiveRoom<S> {
     servo: Servo,
-    links: &'a ServoLinks,
+    ends: RoomEnds,
     sink: S,
     stats: ServoStats,
-    flight: FlightRecorder<'a>,
     schedule: Option<Schedule>,
     suspend: SuspendWatch,
     period_ns: u64,
@@ -37,16 +32,15 @@ pub struct LiveRoom<'a, S> {
     last_now_ns: Option<u64>,
 }
 
-impl<'a, S: FnMut(&mut ServoState)> LiveRoom<'a, S> {
+impl<S: FnMut(&mut ServoState)> LiveRoom<S> {
     /// A room that has not waited yet.
     #[must_use]
-    pub fn new(servo: Servo, params: &ServoParams, links: &'a ServoLinks, sink: S, stats: ServoStats) -> Self {
+    pub fn new(servo: Servo, params: &ServoParams, ends: RoomEnds, sink: S, stats: ServoStats) -> Self {
         Self {
             servo,
-            links,
+            ends,
             sink,
             stats,
-            flight: FlightRecorder::new(&links.flight),
             schedule: None,
             suspend: SuspendWatch::default(),
             period_ns: params.period_ns(),
@@ -68,25 +62,18 @@ impl<'a, S: FnMut(&mut ServoState)> LiveRoom<'a, S> {
         TickTime { scheduled_ns, now_ns, dt_s: now_ns.saturating_sub(last_ns) as f64 * 1e-9 }
     }
 
-    fn newest_port(&self) -> Option<TissuePort> {
-        let mut newest = None;
-        for _ in 0..PORT_CELL {
-            newest = self.links.ports.pop().or(newest);
-        }
-        newest
-    }
-
     fn orders(&self) -> Orders {
-        let is_stop = self.links.stop.load(Ordering::Relaxed);
+        let links = self.ends.links();
+        let is_stop = links.stop.load(Ordering::Relaxed);
         Orders {
-            solver_deaths: self.links.solver_deaths.load(Ordering::Relaxed),
-            rearms: self.links.rearms.load(Ordering::Relaxed),
+            solver_deaths: links.solver_deaths.load(Ordering::Relaxed),
+            rearms: links.rearms.load(Ordering::Relaxed),
             stop: if is_stop { StopOrder::Stop } else { StopOrder::GoOn },
         }
     }
 }
 
-impl<S: FnMut(&mut ServoState)> ServoRoom for LiveRoom<'_, S> {
+impl<S: FnMut(&mut ServoState)> ServoRoom for LiveRoom<S> {
     fn wait(&mut self) -> Option<TickTime> {
         if self.servo.is_stopped() {
             return None;
@@ -108,9 +95,10 @@ impl<S: FnMut(&mut ServoState)> ServoRoom for LiveRoom<'_, S> {
     }
 
     fn tick(&mut self, time: TickTime, sample: &DeviceSample) -> DeviceCommand {
-        let port = self.newest_port();
+        let orders = self.orders();
         let wakefulness = self.suspend.measure(clock_ns(ClockId::Boottime), monotonic_ns());
-        let input = TickInput { time, sample, new_port: port.as_ref(), orders: self.orders(), wakefulness };
+        let new_port = if self.ends.ports.update() { Some(self.ends.ports.output_buffer()) } else { None };
+        let input = TickInput { time, sample, new_port, orders, wakefulness };
         let output = self.servo.tick(&input);
 
         let mut record = TickRecord {
@@ -132,8 +120,7 @@ impl<S: FnMut(&mut ServoState)> ServoRoom for LiveRoom<'_, S> {
             sample_to_force_ns: done_ns.saturating_sub(sample.time_ns),
         };
         self.stats.measure(&times, output.command.force_n);
-        self.flight.record(&record);
-        self.links.hand_out(&record, &output.events);
+        self.ends.hand_out(&record, &output.events);
         output.command
     }
 }

@@ -1,8 +1,8 @@
 //! The bridge thread: owns the subscribers of the servo process and hands the newest port to the loop.
 //!
 //! A subscriber that connects or disconnects costs its thread memory mapping and heap; here that is not the
-//! servo thread, which takes ports from a wait-free cell (a queue of two with overwriting). The bridge looks
-//! every [`LOOK_PERIOD`], well below one servo period of added age on average.
+//! servo thread, which takes ports from a wait-free cell (a triple buffer). The bridge looks every [`LOOK_PERIOD`],
+//! well below one servo period of added age on average.
 
 use crate::servo_link::Standing;
 use crate::servo_setup::ServoLinks;
@@ -11,10 +11,12 @@ use crossbeam::queue::ArrayQueue;
 use protocol::ports::{PortError, PortNode, SessionCommandSubscriber, TissuePortSubscriber, WoundReportSubscriber};
 use protocol::run::RunDir;
 use protocol::session_command::REARM;
+use protocol::tissue_port::TissuePort;
 use protocol::wound_report::WoundReport;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
+use triple_buffer::Input;
 
 /// Time between two looks at the topics.
 const LOOK_PERIOD: Duration = Duration::from_micros(400);
@@ -27,7 +29,7 @@ const COMPLAINT_PERIOD: Duration = Duration::from_secs(1);
 
 /// Where the bridge delivers to, and when it ends.
 pub(super) struct Delivery {
-    /// Newest port and re-arm orders, for the loop.
+    /// Re-arm orders, for the loop.
     pub(super) links: Arc<ServoLinks>,
     /// Newest report (a queue of one), for the summary.
     pub(super) reports: ArrayQueue<WoundReport>,
@@ -45,7 +47,7 @@ impl Delivery {
 }
 
 /// Opens the subscribers in this thread and delivers until told to stop.
-pub(super) fn run(run: &RunDir, delivery: &Delivery) -> Result<(), PortError> {
+pub(super) fn run(run: &RunDir, cell: &mut Input<TissuePort>, delivery: &Delivery) -> Result<(), PortError> {
     let node = PortNode::join(run, "servo-bridge")?;
     let mut ports = TissuePortSubscriber::open(&node)?;
     let mut reports = WoundReportSubscriber::open(&node)?;
@@ -55,7 +57,7 @@ pub(super) fn run(run: &RunDir, delivery: &Delivery) -> Result<(), PortError> {
     let mut looks = 0_u32;
     while !delivery.stop.load(Ordering::Relaxed) {
         if let Some(port) = complaints.kept(ports.newest())? {
-            delivery.links.ports.force_push(port);
+            cell.write(port);
         }
         looks = looks.wrapping_add(1);
         if looks.is_multiple_of(SLOW_LOOKS) {

@@ -16,12 +16,15 @@ mod report;
 mod room;
 
 use crate::error::ServerError;
+use crate::flight_record::FlightRecord;
 use crate::realtime::RightsPolicy;
 use crate::record::Recorder;
 use crate::rig::{self, Rig, RigChoice};
+use crate::servo::events::ServoEvent;
+use crate::servo::flight_recorder::TickRecord;
 use crate::servo::params::ServoParams;
 use crate::servo_link::{FromServo, NoRtPolicy, ServoSpec, ToServo};
-use crate::servo_setup::{Recording, ServoLinks};
+use crate::servo_setup::{self, OuterEnds, Recording, RoomEnds, ServoLinks};
 use crate::supervisor::child::{DeathSignal, end_with_parent};
 use crate::supervisor::signals::stop_flag;
 use crate::telemetry;
@@ -29,13 +32,16 @@ use bridge::Delivery;
 use control::{ControlLine, Incoming};
 use protocol::ports::PortError;
 use protocol::run::RunDir;
+use protocol::tissue_port::TissuePort;
 use room::LoopEnd;
+use rtrb::Consumer;
 use rustix::event::Timespec;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
+use triple_buffer::Input;
 
 /// Time between two heartbeats.
 const HEARTBEAT: Timespec = Timespec { tv_sec: 0, tv_nsec: 10_000_000 };
@@ -61,13 +67,25 @@ pub fn run() -> Result<(), ServerError> {
     let params =
         ServoParams::new(&spec.servo, &device.limits()).map_err(|e| ServerError::Configuration(e.to_string()))?;
     let ring = if spec.record.is_some() { Recording::EveryTick } else { Recording::None };
-    let links = Arc::new(ServoLinks::new(params.period_ns(), ring));
-    let recorder = spec.record.as_deref().map(|path| Recorder::start(path, &spec.origin, run.clone(), links.clone()));
+    let (links, room, outer) = servo_setup::open(ring);
+    let OuterEnds { ports, events, flight, record } = outer;
+    let recorder = spec.record.as_deref().zip(record);
+    let recorder = recorder.map(|(path, ring)| Recorder::start(path, &spec.origin, run.clone(), ring, links.clone()));
     let recorder = recorder.transpose()?;
     let delivery = Arc::new(Delivery::new(links.clone()));
-    let bridge = spawn_bridge(&run, &delivery)?;
-    let servo = spawn_servo(&run, device, params, &links, policy(&spec))?;
-    let mut watch = Watch { links: &links, delivery: &delivery, stop: &stop, spec: &spec, ends_after_s, ready: None };
+    let bridge = spawn_bridge(&run, ports, &delivery)?;
+    let servo = spawn_servo(&run, device, params, room, policy(&spec))?;
+    let mut watch = Watch {
+        links: &links,
+        events,
+        flight,
+        flight_record: FlightRecord::new(params.period_ns()),
+        delivery: &delivery,
+        stop: &stop,
+        spec: &spec,
+        ends_after_s,
+        ready: None,
+    };
     watch.until_finished(&mut control, &servo, &bridge)?;
     let end = joined(servo, "servo")??;
     delivery.stop.store(true, Ordering::Relaxed);
@@ -89,22 +107,22 @@ fn policy(spec: &ServoSpec) -> RightsPolicy {
 type Bridge = JoinHandle<Result<(), PortError>>;
 type Loop = JoinHandle<Result<LoopEnd, ServerError>>;
 
-fn spawn_bridge(run: &RunDir, delivery: &Arc<Delivery>) -> Result<Bridge, ServerError> {
+fn spawn_bridge(run: &RunDir, mut cell: Input<TissuePort>, delivery: &Arc<Delivery>) -> Result<Bridge, ServerError> {
     let (run, delivery) = (run.clone(), delivery.clone());
     let thread = std::thread::Builder::new().name("servo-bridge".to_owned());
-    thread.spawn(move || bridge::run(&run, &delivery)).map_err(|e| no_thread(&e))
+    thread.spawn(move || bridge::run(&run, &mut cell, &delivery)).map_err(|e| no_thread(&e))
 }
 
 fn spawn_servo(
     run: &RunDir,
     mut device: Box<dyn crate::device::Device>,
     params: ServoParams,
-    links: &Arc<ServoLinks>,
+    ends: RoomEnds,
     policy: RightsPolicy,
 ) -> Result<Loop, ServerError> {
-    let (run, links) = (run.clone(), links.clone());
+    let run = run.clone();
     let thread = std::thread::Builder::new().name("servo".to_owned()).stack_size(room::STACK);
-    thread.spawn(move || room::run(&run, device.as_mut(), &params, &links, policy)).map_err(|e| no_thread(&e))
+    thread.spawn(move || room::run(&run, device.as_mut(), &params, ends, policy)).map_err(|e| no_thread(&e))
 }
 
 fn no_thread(error: &std::io::Error) -> ServerError {
@@ -118,6 +136,9 @@ fn joined<T>(thread: JoinHandle<T>, name: &str) -> Result<T, ServerError> {
 /// What the main thread watches while the loop runs.
 struct Watch<'a> {
     links: &'a ServoLinks,
+    events: Consumer<ServoEvent>,
+    flight: Consumer<TickRecord>,
+    flight_record: FlightRecord,
     delivery: &'a Delivery,
     stop: &'a AtomicBool,
     spec: &'a ServoSpec,
@@ -188,11 +209,13 @@ impl Watch<'_> {
     }
 
     /// Events into the log; a fault to the supervisor, with its flight record in a file.
-    fn tell(&self) {
-        let Some(fault) = telemetry::tell(self.links).fault else { return };
+    fn tell(&mut self) {
+        let told = telemetry::tell(&mut self.events, self.links);
+        // After the events: the tick of a fault that was just told is in here.
+        self.flight_record.take(&mut self.flight);
+        let Some(fault) = told.fault else { return };
         let path = self.spec.run_dir.parent().unwrap_or(Path::new(".")).join(FLIGHT_RECORD);
-        let written = std::fs::File::create(&path)
-            .and_then(|mut file| telemetry::write_flight_record(&self.links.flight, &mut file));
+        let written = std::fs::File::create(&path).and_then(|mut file| self.flight_record.write(&mut file));
         match written {
             Ok(ticks) => tracing::error!("the last {ticks} ticks before the fault are in {}", path.display()),
             Err(error) => tracing::error!("the flight record {} cannot be written: {error}", path.display()),

@@ -10,7 +10,7 @@ use crate::servo::params::ServoParams;
 use crate::servo::stats::ServoStats;
 use crate::servo::thread::LiveRoom;
 use crate::servo::tick::{Rights, Servo};
-use crate::servo_setup::{ServoLinks, new_stats};
+use crate::servo_setup::{RoomEnds, new_stats};
 use protocol::ports::{PortNode, ServoStateWriter};
 use protocol::run::RunDir;
 use protocol::servo_state::ServoState;
@@ -36,7 +36,7 @@ pub(super) fn run(
     run: &RunDir,
     device: &mut dyn Device,
     params: &ServoParams,
-    links: &ServoLinks,
+    ends: RoomEnds,
     policy: RightsPolicy,
 ) -> Result<LoopEnd, ServerError> {
     let node = PortNode::join(run, "servo")?;
@@ -48,7 +48,7 @@ pub(super) fn run(
         tracing::warn!("{rights}; this run is marked degraded. {REMEDY}");
     }
     let servo = Servo::new(params, if rights.is_degraded() { Rights::Degraded } else { Rights::Full });
-    let mut room = LiveRoom::new(servo, params, links, |state: &mut ServoState| writer.write(state), stats);
+    let mut room = LiveRoom::new(servo, params, ends, |state: &mut ServoState| writer.write(state), stats);
     let began = Instant::now();
     device.run(&mut room);
     let duration = began.elapsed();

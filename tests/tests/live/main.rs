@@ -15,6 +15,8 @@ use watch::Watch;
 
 /// Patience with a loaded machine.
 const LIMIT: Duration = Duration::from_secs(120);
+/// More ports than a solver makes before it can be killed, and than pass between two reports.
+const STEPS: u64 = 100;
 const SOLVER: &str = "deformation-solver";
 
 /// One live server at a time: two at real-time priority on two processors would disturb each other.
@@ -107,13 +109,15 @@ fn both_stop_signals_end_with_zero_and_a_summary() {
 fn a_killed_solver_is_started_again_and_the_servo_goes_on() {
     let _alone = alone();
     let sandbox = Sandbox::new();
-    let server = run(&sandbox, &["--duration", "6"]);
+    let server = run(&sandbox, &["--duration", "600"]);
     let first = solver_of(&server);
     kill_process(first, Signal::KILL).expect("the solver is there");
-    let second = wait_for(LIMIT, || server.children(SOLVER).into_iter().find(|pid| *pid != first));
-    assert!(second.is_some(), "no second solver: {}", server.stderr());
+    // Whatever the first one was doing: it may have left half a service behind that costs the next one a try.
+    let at_work = Watch::attach(&sandbox).until(LIMIT, |state| state.port_sequence > STEPS);
+    assert!(at_work.is_some(), "no second solver at work: {}", server.stderr());
+    server.signal(Signal::TERM);
     let summary = summary(&ended(server));
-    assert_eq!(summary["solver_restarts"], 1, "{summary}");
+    assert!(summary["solver_restarts"].as_u64().is_some_and(|n| n > 0), "{summary}");
     assert!(summary["solver_steps"].as_u64().is_some_and(|n| n > 0), "{summary}");
     assert!(summary["realtime_factor"].is_null() && summary["degraded"] == true, "{summary}");
     assert_no_fault(&summary);

@@ -5,7 +5,7 @@ use haptic_server::device::{DeviceCommand, DeviceSample, HandView, PulledDevice,
 use haptic_server::servo::events::EventKind;
 use haptic_server::servo::thread::LiveRoom;
 use haptic_server::servo::tick::{Rights, Servo};
-use haptic_server::servo_setup::{Recording, ServoLinks, new_stats};
+use haptic_server::servo_setup::{Recording, new_stats, open};
 use protocol::servo_state::ServoState;
 use sim_core::vector::Vec3;
 use std::sync::atomic::Ordering;
@@ -38,12 +38,11 @@ impl PulledDevice for StillDevice {
 #[test]
 fn the_loop_keeps_its_grid_takes_the_newest_port_and_ends_on_the_stop_order() {
     let params = params();
-    let links = ServoLinks::new(params.period_ns(), Recording::EveryTick);
+    let (links, ends, mut outer) = open(Recording::EveryTick);
     let mut device = StillDevice::default();
     let mut states: Vec<ServoState> = Vec::with_capacity(10_000);
     let sink = |state: &mut ServoState| states.push(*state);
-    let room =
-        LiveRoom::new(Servo::new(&params, Rights::Degraded), &params, &links, sink, new_stats().expect("bounds"));
+    let room = LiveRoom::new(Servo::new(&params, Rights::Degraded), &params, ends, sink, new_stats().expect("bounds"));
     let (servo, stats) = std::thread::scope(|scope| {
         let running = scope.spawn(|| {
             let mut room = room;
@@ -55,7 +54,7 @@ fn the_loop_keeps_its_grid_takes_the_newest_port_and_ends_on_the_stop_order() {
         }
         // Three at once: the cell keeps the newest.
         for sequence in 1..=3 {
-            links.ports.force_push(port(Grip::Free, 7, sequence, protocol::ports::monotonic_ns()));
+            outer.ports.write(port(Grip::Free, 7, sequence, protocol::ports::monotonic_ns()));
         }
         let heard = links.ticks.load(Ordering::Relaxed);
         while links.ticks.load(Ordering::Relaxed) < heard + 20 {
@@ -72,12 +71,12 @@ fn the_loop_keeps_its_grid_takes_the_newest_port_and_ends_on_the_stop_order() {
     let ticks = device.scheduled_ns.len() as u64;
     assert_eq!((state.ticks, stats.wake_ns.len()), (ticks, ticks));
     assert_eq!(states.len() as u64, ticks);
-    assert_eq!(links.record.as_ref().map(|ring| ring.len() as u64), Some(ticks));
+    assert_eq!(outer.record.as_ref().map(|ring| ring.slots() as u64), Some(ticks));
     // Every tick sits on the grid, and what is missing on it was counted.
     let steps: Vec<u64> = device.scheduled_ns.windows(2).map(|w| w[1] - w[0]).collect();
     assert!(steps.iter().all(|step| *step > 0 && step.is_multiple_of(params.period_ns())));
     let skipped: u64 = steps.iter().map(|step| step / params.period_ns() - 1).sum();
     assert_eq!(state.missed, skipped);
-    let is_stopping = std::iter::from_fn(|| links.events.pop()).any(|e| e.kind == EventKind::Stopping);
+    let is_stopping = std::iter::from_fn(|| outer.events.pop().ok()).any(|e| e.kind == EventKind::Stopping);
     assert!(is_stopping);
 }
