@@ -22,6 +22,7 @@ pub mod patch_set;
 pub mod port;
 mod ray;
 pub mod regulation;
+mod scheme;
 pub mod semi_implicit;
 pub mod settle;
 mod slit_path;
@@ -39,6 +40,7 @@ pub mod utsm;
 pub mod verlet;
 pub mod vosm;
 pub mod wound_frame;
+pub mod xpbd;
 
 #[cfg(test)]
 mod lattice_tests;

@@ -9,17 +9,19 @@
 
 use crate::tissue::constraint::{Pairs, PatchResponse};
 use crate::tissue::handle::{GraspError, Handle, HandleSlot, MAX_HANDLES};
-use crate::tissue::integrator::{NodeFactors, advance};
-use crate::tissue::link_solve::{Correction, StepView};
+use crate::tissue::integrator::NodeFactors;
 use crate::tissue::load::Loads;
 use crate::tissue::network::{SpringNetwork, TissueState};
 use crate::tissue::patch_set::{PatchId, PatchSet};
 use crate::tissue::port::{Port, PortSolver, PortView};
 use crate::tissue::regulation::Attachments;
+use crate::tissue::scheme::Scheme;
 use crate::tissue::solver_params::{self, SolverError, SolverParams};
 use crate::tissue::spring_rows::SpringRows;
 use crate::tissue::stability::Stability;
 use crate::vector::Vec3;
+
+mod step;
 
 /// Stages of a step that a scene may do without.
 #[derive(Clone, Debug, Default)]
@@ -72,6 +74,7 @@ pub struct TissueSolver {
     responses: Vec<PatchResponse>,
     handles: [Option<Handle>; MAX_HANDLES],
     ports: [PortSolver; MAX_HANDLES],
+    scheme: Scheme,
 }
 
 impl TissueSolver {
@@ -98,6 +101,7 @@ impl TissueSolver {
             handles: std::array::from_fn(|_| None),
             ports: std::array::from_fn(|_| PortSolver::new(count)),
             rows: SpringRows::new(&network),
+            scheme: Scheme::new(params.integrator, &network),
             network,
             patches,
             params,
@@ -222,44 +226,6 @@ impl TissueSolver {
         }
     }
 
-    /// One period.
-    pub fn step(&mut self, stages: &mut Stages) -> StepReport {
-        let substeps = self.stability.substeps;
-        let h = self.stability.substep_s();
-        let limit_m = self.params.displacement_limit_spacings * self.spacing_m / f64::from(substeps);
-        let handle_limit_m = self.params.handle_limit_spacings * self.spacing_m;
-        let mut report = StepReport { substeps, ..StepReport::default() };
-        let mut ways = [(Vec3::zeros(), Vec3::zeros()); MAX_HANDLES];
-        for (way, handle) in ways.iter_mut().zip(&self.handles) {
-            if let Some(handle) = handle {
-                let (stop, cut) = handle.next_stop(handle_limit_m);
-                *way = (handle.position_m, stop);
-                report.handles_cut += u32::from(cut);
-            }
-        }
-        for substep in 1..=substeps {
-            report.coincident = self.rows.sweep(&self.state.position_m, &mut self.force_n);
-            report.half_springs += self.network.half_edges.neighbour.len() as u64;
-            if let Some(loads) = &stages.loads {
-                report.contained += loads.add(&self.patches, &mut self.force_n);
-            }
-            let counts = advance(&self.factors, &self.force_n, &mut self.state, h, limit_m);
-            report.saturated += counts.saturated;
-            report.contained += counts.contained;
-            let fraction = f64::from(substep) / f64::from(substeps);
-            for ((from, stop), handle) in ways.iter().zip(&mut self.handles) {
-                if let Some(handle) = handle {
-                    let center = if substep == substeps { *stop } else { from + (stop - from) * fraction };
-                    handle.place(&self.patches, &mut self.state, center, (stop - from) / self.params.period_s);
-                }
-            }
-            if stages.attachments.is_some() || stages.pairs.is_some() {
-                self.constrain(stages, h, limit_m, &mut report);
-            }
-        }
-        report
-    }
-
     /// The tissue as a handle feels it until the next step; `None` for a handle not in use.
     pub fn port(&mut self, slot: HandleSlot, stages: &Stages) -> Option<Port> {
         let handle = self.handles.get(slot.0)?.as_ref()?;
@@ -278,31 +244,7 @@ impl TissueSolver {
         Some(self.ports[slot.0].measure(handle, &view, &params.port))
     }
 
-    /// Attachments and pairs at the end of a sub-step.
-    fn constrain(&mut self, stages: &mut Stages, h: f64, limit_m: f64, report: &mut StepReport) {
-        let Self { patches, mobility_m_per_n, patch_mobility_m_per_n, responses, state, .. } = self;
-        for (response, &mobility) in responses.iter_mut().zip(patch_mobility_m_per_n.iter()) {
-            *response = PatchResponse::free(mobility);
-        }
-        let view = StepView { patches, mobility_m_per_n, h, limit_m };
-        if let Some(attachments) = &mut stages.attachments {
-            attachments.open(&view, state, responses);
-        }
-        if let Some(pairs) = &mut stages.pairs {
-            report.pairs = pairs.solve(patches, &state.position_m, responses);
-        }
-        let mut done = move_patches(&view, state, responses, patch_mobility_m_per_n);
-        report.saturated += done.saturated;
-        report.contained += done.contained;
-        if let Some(attachments) = &mut stages.attachments {
-            done = attachments.close(&view, state, responses);
-            report.links = done.acting;
-            report.saturated += done.saturated;
-            report.contained += done.contained;
-        }
-    }
-
-    /// Factors and mobilities of all nodes for the current sub-step and handles.
+    /// Factors and mobilities of all nodes for the current sub-step and handles; the scheme starts again.
     fn refresh_mobility(&mut self) {
         let h = self.stability.substep_s();
         for node in 0..self.network.node_count() {
@@ -322,27 +264,6 @@ impl TissueSolver {
             *mobility = self.patches.mobility(PatchId(patch as u32), &self.mobility_m_per_n);
         }
         self.ports.iter_mut().for_each(PortSolver::forget);
+        self.scheme.restart(&self.network, &self.mobility_m_per_n, h);
     }
-}
-
-/// Spreads the displacement of each free patch over its nodes, as the force behind it does.
-fn move_patches(
-    view: &StepView<'_>,
-    state: &mut TissueState,
-    responses: &[PatchResponse],
-    patch_mobility_m_per_n: &[f64],
-) -> Correction {
-    let mut done = Correction::default();
-    for (index, (response, &mobility)) in responses.iter().zip(patch_mobility_m_per_n).enumerate() {
-        if mobility == 0.0 || response.shift_m == Vec3::zeros() {
-            continue;
-        }
-        let force = response.shift_m / mobility;
-        let patch = PatchId(index as u32);
-        for (&node, &w) in view.patches.nodes(patch).iter().zip(view.patches.weights(patch)) {
-            let node = node as usize;
-            done.apply(view, state, node, force * (w * view.mobility_m_per_n[node]), 1.0 / view.h);
-        }
-    }
-    done
 }

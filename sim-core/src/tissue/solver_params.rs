@@ -45,6 +45,8 @@ pub struct SolverParams {
     pub displacement_limit_spacings: f64,
     /// Farthest a handle moves in one period, in mesh spacings: a hand at 0.8 m/s on a 2 mm mesh at 5 ms.
     pub handle_limit_spacings: f64,
+    /// Sweeps over all springs per sub-step of XPBD.
+    pub xpbd_iterations: u32,
     /// The ports of the handles.
     pub port: PortParams,
 }
@@ -59,6 +61,7 @@ impl SolverParams {
             substeps: SubstepPolicy::Automatic { max: 64 },
             displacement_limit_spacings: 0.5,
             handle_limit_spacings: 2.0,
+            xpbd_iterations: 1,
             port: PortParams::default(),
         }
     }
@@ -85,6 +88,9 @@ impl SolverParams {
         let (SubstepPolicy::Automatic { max: count } | SubstepPolicy::Demanded(count)) = self.substeps;
         if count == 0 {
             return Err(SolverError::Value { what: "number of sub-steps", value: 0.0 });
+        }
+        if self.xpbd_iterations == 0 {
+            return Err(SolverError::Value { what: "number of XPBD sweeps", value: 0.0 });
         }
         Ok(())
     }
@@ -150,7 +156,7 @@ pub(crate) fn assess(
     position_m: &[Vec3],
     params: &SolverParams,
 ) -> Result<Stability, SolverError> {
-    if params.integrator.is_stable_at_any_step() {
+    if params.integrator == Integrator::Bdf2 {
         return Err(SolverError::Unavailable(params.integrator));
     }
     let tangent = Tangent::at(network, position_m);

@@ -1,0 +1,47 @@
+//! What an integrator keeps between steps, and when it must forget it.
+//!
+//! A one-step form keeps nothing. Verlet keeps velocities of half steps, XPBD its multipliers. After an event (reset,
+//! grasp, release, another topology) the history is that of another system: [`Scheme::restart`] drops it, and the next
+//! step starts from positions and velocities alone. Memory is taken when the scheme is chosen, never in a step.
+
+use crate::tissue::integrator::Integrator;
+use crate::tissue::network::SpringNetwork;
+use crate::tissue::verlet::Staggered;
+use crate::tissue::xpbd::SpringProjection;
+
+/// Whether what was kept from the last step still holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum History {
+    /// Nothing is known but positions and velocities.
+    Fresh,
+    /// The last step was of the same system.
+    Running,
+}
+
+/// State of an integrator beyond positions and velocities.
+#[derive(Clone, Debug)]
+pub(crate) enum Scheme {
+    /// Semi-implicit Euler and the paper's explicit form: none.
+    Explicit,
+    /// Velocities of half steps.
+    Verlet(Staggered),
+    /// Multipliers of the springs.
+    Xpbd(SpringProjection),
+}
+
+impl Scheme {
+    pub(crate) fn new(integrator: Integrator, network: &SpringNetwork) -> Self {
+        match integrator {
+            Integrator::SemiImplicit | Integrator::PaperExplicit | Integrator::Bdf2 => Self::Explicit,
+            Integrator::Verlet => Self::Verlet(Staggered::new(network.node_count())),
+            Integrator::Xpbd => Self::Xpbd(SpringProjection::new(network)),
+        }
+    }
+
+    /// Drops what was kept; `h` is the sub-step from now on, nodes of `mobility` 0 may not move.
+    pub(crate) fn restart(&mut self, network: &SpringNetwork, mobility_m_per_n: &[f64], h: f64) {
+        if let Self::Verlet(staggered) = self {
+            staggered.restart(network, mobility_m_per_n, h);
+        }
+    }
+}
