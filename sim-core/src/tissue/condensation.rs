@@ -6,7 +6,7 @@
 //! solves run side by side, block-Jacobi preconditioned, started from the last solution; `Gᵀ X + Xᵀ R` is
 //! never above `Gᵀ A⁻¹ G`, so an early end over-estimates too. Deliberately absent: a factorisation.
 
-use crate::tissue::force::spring_stiffness;
+use crate::tissue::force::{acts, spring_stiffness};
 use crate::tissue::patch_set::PatchId;
 use crate::tissue::port::{PortParams, PortView};
 use crate::vector::{Mat3, Vec3};
@@ -294,6 +294,9 @@ fn half_spring_stiffness(node: u32, half_spring: usize, view: &PortView<'_>) -> 
     let edges = &view.network.half_edges;
     let other = edges.neighbour[half_spring];
     let (x, y) = (&view.position_m[node as usize], &view.position_m[other as usize]);
+    if !acts(edges, half_spring, x, y) {
+        return (other, Mat3::zeros());
+    }
     (other, spring_stiffness(x, y, edges.stiffness_n_per_m[half_spring], edges.rest_length_m[half_spring]))
 }
 

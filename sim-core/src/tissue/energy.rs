@@ -4,7 +4,7 @@
 //! momentum `Σ m x × v`. Each spring counts once. Deliberately absent: what drag, attachments and
 //! stitches take or give; their reactions are in the step report.
 
-use crate::tissue::network::{SpringNetwork, TissueState};
+use crate::tissue::network::{Spring, SpringNetwork, TissueState};
 use crate::vector::Vec3;
 
 /// Kinetic energy, joules.
@@ -16,11 +16,13 @@ pub fn kinetic_j(network: &SpringNetwork, state: &TissueState) -> f64 {
 /// Energy stored in the springs, joules.
 #[must_use]
 pub fn spring_j(network: &SpringNetwork, position_m: &[Vec3]) -> f64 {
-    let stored = network.springs.iter().map(|s| {
-        let stretch = (position_m[s.b as usize] - position_m[s.a as usize]).norm() - s.rest_length_m;
-        0.5 * s.stiffness_n_per_m * stretch * stretch
+    let stretch = |s: &Spring| (position_m[s.b as usize] - position_m[s.a as usize]).norm() - s.rest_length_m;
+    let stored = network.springs.iter().map(|s| 0.5 * s.stiffness_n_per_m * stretch(s).powi(2));
+    let silent = network.pulls_only.iter().map(|&i| {
+        let s = &network.springs[i as usize];
+        0.5 * s.stiffness_n_per_m * stretch(s).min(0.0).powi(2)
     });
-    stored.sum()
+    stored.sum::<f64>() - silent.sum::<f64>()
 }
 
 /// Linear momentum, newton seconds.
@@ -40,7 +42,7 @@ pub fn angular_momentum_n_m_s(network: &SpringNetwork, state: &TissueState) -> V
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tissue::network::{Spring, SpringFamily};
+    use crate::tissue::network::SpringFamily;
 
     #[test]
     fn one_stretched_spring_with_one_moving_end() {

@@ -3,7 +3,8 @@
 //! `F_i = Σ_j k_ij (|x_j − x_i| − L_ij) (x_j − x_i)/|x_j − x_i|` in newtons (Zhang et al., Eq. (3),
 //! second line, in the plain bilateral reading). Each node reads its own compressed row and writes
 //! its own force, so rows may run in any order or side by side; the inner loop has no branch.
-//! Springs whose ends coincide have no direction: they give no force and are counted.
+//! Springs whose ends coincide have no direction: they give no force and are counted. A spring that pulls only
+//! gives nothing while it is shorter than at rest.
 //! Deliberately absent: drag (the integrators treat it), attachments and stitches (constraints).
 
 use crate::tissue::network::{HalfEdges, SpringNetwork};
@@ -56,7 +57,29 @@ fn row_force(edges: &HalfEdges, node: usize, position_m: &[Vec3]) -> (Vec3, u32)
         coincident += u32::from(length < COINCIDENT_M);
         sum += d * (k - k * rest / length.max(COINCIDENT_M));
     }
+    for e in edges.row(node).filter(|&e| edges.pulls_only[e]) {
+        let other = &position_m[edges.neighbour[e] as usize];
+        sum -= push(&x, other, edges.stiffness_n_per_m[e], edges.rest_length_m[e]);
+    }
     (sum, coincident)
+}
+
+/// What a bilateral spring pushes its end at `from` with: zero at rest length and beyond.
+#[must_use]
+#[inline]
+pub(crate) fn push(from: &Vec3, to: &Vec3, stiffness_n_per_m: f64, rest_length_m: f64) -> Vec3 {
+    if (to - from).norm() < rest_length_m {
+        eq3_spring_force(from, to, stiffness_n_per_m, rest_length_m)
+    } else {
+        Vec3::zeros()
+    }
+}
+
+/// Whether a half-spring acts between these places: one that pulls only does not while it is shorter than at rest.
+#[must_use]
+#[inline]
+pub(crate) fn acts(edges: &HalfEdges, half_spring: usize, from: &Vec3, to: &Vec3) -> bool {
+    !edges.pulls_only[half_spring] || (to - from).norm() >= edges.rest_length_m[half_spring]
 }
 
 /// Force of one spring on its end at `from`, towards (or away from) `to`, newtons.
@@ -116,6 +139,18 @@ mod tests {
         let mut f = vec![Vec3::repeat(7.0); 2];
         assert_eq!(gather(&net, &x, &mut f), 2);
         assert_eq!(f, vec![Vec3::zeros(); 2]);
+    }
+
+    #[test]
+    fn eq3_a_spring_that_pulls_only_is_silent_below_its_rest_length() {
+        let x = [Vec3::zeros(), Vec3::new(3e-3, 0.0, 0.0), Vec3::new(0.0, 5e-3, 0.0)];
+        let mut net = network(&x, vec![spring(0, 1, 160.0, 4e-3), spring(0, 2, 160.0, 4e-3)]);
+        net.read_as_relaxed(0.8, |_| true);
+        let mut f = vec![Vec3::zeros(); 3];
+        gather(&net, &x, &mut f);
+        // Only the longer one acts, with 0.8 · 160 N/m over 1 mm.
+        assert!((f[0] - Vec3::new(0.0, 0.128, 0.0)).norm() < 1e-15, "{}", f[0]);
+        assert_eq!(f[1], Vec3::zeros());
     }
 
     #[test]

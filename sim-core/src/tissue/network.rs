@@ -2,7 +2,8 @@
 //!
 //! Springs are stored once (`springs`, for building, energy and reports) and once more per node
 //! (`half_edges`, compressed rows, for the force gather). Force on node `i`:
-//! `F_i = Σ_j k_ij (|x_j − x_i| − L_ij) (x_j − x_i)/|x_j − x_i|` (Zhang et al., Eq. (3), second line).
+//! `F_i = Σ_j k_ij (|x_j − x_i| − L_ij) (x_j − x_i)/|x_j − x_i|` (Zhang et al., Eq. (3), second line). A spring that is
+//! marked as pulling only gives nothing while it is shorter than at rest: the other reading of that line.
 
 use crate::vector::Vec3;
 
@@ -47,6 +48,8 @@ pub struct HalfEdges {
     pub stiffness_n_per_m: Vec<f64>,
     /// Rest length, metres.
     pub rest_length_m: Vec<f64>,
+    /// Whether it gives nothing while it is shorter than at rest.
+    pub pulls_only: Vec<bool>,
 }
 
 /// A validated network.
@@ -64,6 +67,8 @@ pub struct SpringNetwork {
     pub springs: Vec<Spring>,
     /// The same springs by node.
     pub half_edges: HalfEdges,
+    /// Springs that pull only, by index, ascending; none in the plain mass-spring model.
+    pub pulls_only: Vec<u32>,
 }
 
 /// Positions and velocities of all nodes.
@@ -132,7 +137,28 @@ impl SpringNetwork {
             return Err(NetworkError::Spring { spring: i, what: "the same two nodes are joined twice" });
         }
         let half_edges = HalfEdges::from_springs(rest_m.len(), &springs);
-        Ok(Self { rest_m, mass_kg, drag_n_s_per_m, fixed, springs, half_edges })
+        Ok(Self { rest_m, mass_kg, drag_n_s_per_m, fixed, springs, half_edges, pulls_only: Vec::new() })
+    }
+
+    /// Reads the chosen springs as Eq. (3) does with the `d_i` of Eq. (1): stiffness `k β`, and they only pull.
+    pub fn read_as_relaxed(&mut self, beta: f64, chosen: impl Fn(&Spring) -> bool) {
+        self.pulls_only.clear();
+        for (index, spring) in self.springs.iter_mut().enumerate() {
+            if chosen(spring) {
+                spring.stiffness_n_per_m *= beta;
+                self.pulls_only.push(index as u32);
+            }
+        }
+        self.half_edges = HalfEdges::from_springs(self.rest_m.len(), &self.springs);
+        for &index in &self.pulls_only {
+            let spring = &self.springs[index as usize];
+            for (from, to) in [(spring.a, spring.b), (spring.b, spring.a)] {
+                let row = self.half_edges.row(from as usize);
+                if let Some(e) = row.into_iter().find(|&e| self.half_edges.neighbour[e] == to) {
+                    self.half_edges.pulls_only[e] = true;
+                }
+            }
+        }
     }
 
     /// Number of nodes.
@@ -172,7 +198,7 @@ impl HalfEdges {
                 rest[slot] = s.rest_length_m;
             }
         }
-        Self { start, neighbour, stiffness_n_per_m: stiffness, rest_length_m: rest }
+        Self { start, neighbour, stiffness_n_per_m: stiffness, rest_length_m: rest, pulls_only: vec![false; count] }
     }
 
     /// Range of the entries of one node.

@@ -8,7 +8,7 @@
 
 use crate::tissue::condensation::{Condensation, Condensed};
 use crate::tissue::constraint::Pairs;
-use crate::tissue::force::{eq3_spring_force, spring_stiffness};
+use crate::tissue::force::{acts, eq3_spring_force, spring_stiffness};
 use crate::tissue::handle::Handle;
 use crate::tissue::network::SpringNetwork;
 use crate::tissue::patch_set::PatchSet;
@@ -132,6 +132,9 @@ impl PortSolver {
                     continue;
                 }
                 let y = &view.position_m[other as usize];
+                if !acts(edges, e, x, y) {
+                    continue;
+                }
                 let (k, rest) = (edges.stiffness_n_per_m[e], edges.rest_length_m[e]);
                 force_n += eq3_spring_force(x, y, k, rest);
                 ring += spring_stiffness(x, y, k, rest);

@@ -3,10 +3,11 @@
 //! `F_a += (k − k L / |x_b − x_a|) (x_b − x_a)`, `F_b −=` the same (Zhang et al., Eq. (3), second line), with `k L`
 //! stored. One square root and one division per spring instead of two of each in a gather; the lower node's sum stays in
 //! registers, four springs are worked on side by side. The order is fixed: equal inputs give equal bits.
+//! Springs that pull only are few: their push is taken out again after the sweep.
 //! Deliberately absent: drag (the integrators treat it), attachments and stitches (constraints).
 
-use crate::tissue::force::COINCIDENT_M;
-use crate::tissue::network::SpringNetwork;
+use crate::tissue::force::{COINCIDENT_M, push};
+use crate::tissue::network::{Spring, SpringNetwork};
 use crate::vector::Vec3;
 
 /// Springs worked on side by side.
@@ -21,6 +22,8 @@ pub struct SpringRows {
     stiffness_n_per_m: Vec<f64>,
     /// `k L`, newtons.
     preload_n: Vec<f64>,
+    /// Springs that pull only.
+    pulls_only: Vec<Spring>,
 }
 
 impl SpringRows {
@@ -41,6 +44,7 @@ impl SpringRows {
             upper: springs.iter().map(|s| s.b).collect(),
             stiffness_n_per_m: springs.iter().map(|s| s.stiffness_n_per_m).collect(),
             preload_n: springs.iter().map(|s| s.stiffness_n_per_m * s.rest_length_m).collect(),
+            pulls_only: network.pulls_only.iter().map(|&i| springs[i as usize]).collect(),
         }
     }
 
@@ -77,6 +81,12 @@ impl SpringRows {
             }
             force_n[a] += own;
         }
+        for s in &self.pulls_only {
+            let (a, b) = (s.a as usize, s.b as usize);
+            let pushed = push(&position_m[a], &position_m[b], s.stiffness_n_per_m, s.rest_length_m);
+            force_n[a] -= pushed;
+            force_n[b] += pushed;
+        }
         coincident
     }
 }
@@ -85,7 +95,7 @@ impl SpringRows {
 mod tests {
     use super::*;
     use crate::tissue::force;
-    use crate::tissue::network::{Spring, SpringFamily};
+    use crate::tissue::network::SpringFamily;
 
     /// A ring of nodes, each joined to its next five: rows of five, a block and a remainder.
     fn ring(nodes: u32) -> SpringNetwork {
@@ -107,7 +117,8 @@ mod tests {
 
     #[test]
     fn eq3_each_spring_once_gives_the_force_of_the_gather() {
-        let network = ring(37);
+        let mut network = ring(37);
+        network.read_as_relaxed(0.7, |s| s.a % 5 == 0);
         let mut plain = vec![Vec3::zeros(); 37];
         let mut rows = plain.clone();
         force::gather(&network, &network.rest_m, &mut plain);
