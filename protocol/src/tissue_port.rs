@@ -17,6 +17,11 @@ pub const HANDLE_PULLED: u32 = 2;
 /// `HandlePort::mode`: the partner across the wound, pulled by the line below the tissue.
 pub const HANDLE_LINKED: u32 = 3;
 
+/// `TissuePort::kinematics`: stiffness and drag at the end of the tick.
+pub const KINEMATICS_IMPLICIT_DRAG: u32 = 0;
+/// `TissuePort::kinematics`: every force at time t, as printed.
+pub const KINEMATICS_LITERAL: u32 = 1;
+
 pod! {
     /// Affine port of one handle.
     pub struct HandlePort as "suture.v1.HandlePort" {
@@ -82,8 +87,12 @@ pod! {
         pub across: [f64; 3],
         /// Rest length of the suture line between stylus and partner while pulling, metres.
         pub line_rest_length_m: f64,
-        /// Tension ratio over one suture point, `exp(−μθ)`, in (0, 1].
-        pub capstan_ratio: f64,
+        /// Friction μ of the line in a suture point; 0 is the paper's case.
+        pub line_friction: f64,
+        /// How the servo steps the suture points, one of the `KINEMATICS_…` codes.
+        pub kinematics: u32,
+        /// Padding, zero.
+        pub reserved: u32,
         /// Handles.
         pub handles: [HandlePort; MAX_HANDLES],
     }
@@ -102,5 +111,8 @@ message!(TissuePort, "tissue_port", parts: [HandlePort], check: |m| {
     if m.handles.iter().any(|h| h.mode != HANDLE_FREE && !(h.mass_kg > 0.0 && h.drag_n_s_per_m >= 0.0)) {
         return Some("handles.mass_kg");
     }
-    (!(m.capstan_ratio >= 0.0 && m.capstan_ratio <= 1.0)).then_some("capstan_ratio")
+    if m.kinematics > KINEMATICS_LITERAL {
+        return Some("kinematics");
+    }
+    (!(m.line_friction >= 0.0 && m.line_friction.is_finite())).then_some("line_friction")
 });

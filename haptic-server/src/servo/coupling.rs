@@ -10,10 +10,13 @@
 use crate::servo::ladder::Rung;
 use crate::servo::params::CouplingParams;
 use protocol::servo_state::HandleState;
-use protocol::tissue_port::{HANDLE_FREE, HANDLE_HELD, HANDLE_LINKED, HANDLE_PULLED, HandlePort, TissuePort};
+use protocol::tissue_port::{
+    HANDLE_FREE, HANDLE_HELD, HANDLE_LINKED, HANDLE_PULLED, HandlePort, KINEMATICS_LITERAL, TissuePort,
+};
 use sim_core::kinematics::coupling::{self, StylusState};
-use sim_core::kinematics::integrate::NodeState;
+use sim_core::kinematics::integrate::{KinematicsForm, NodeState};
 use sim_core::kinematics::line_pull::{LineParams, measure};
+use sim_core::kinematics::literal_tick::{tick_held_literal, tick_pulled_literal};
 use sim_core::kinematics::port_tick::{AffinePort, PortRung, TickFlags, tick_held, tick_pulled};
 use sim_core::vector::{Mat3, Vec3};
 
@@ -53,7 +56,8 @@ struct Context {
     epoch: u32,
     scene_generation: u32,
     line_rest_length_m: f64,
-    capstan_ratio: f64,
+    line_friction: f64,
+    form: KinematicsForm,
 }
 
 /// The handles of one device.
@@ -93,7 +97,12 @@ impl Handles {
             epoch: port.epoch,
             scene_generation: port.scene_generation,
             line_rest_length_m: port.line_rest_length_m,
-            capstan_ratio: port.capstan_ratio,
+            line_friction: port.line_friction,
+            form: if port.kinematics == KINEMATICS_LITERAL {
+                KinematicsForm::Literal
+            } else {
+                KinematicsForm::ImplicitDrag
+            },
         };
         let last = self.context.replace(new);
         if last.is_none_or(|c| c.epoch != new.epoch) {
@@ -152,20 +161,24 @@ impl Handles {
             handle.line_tension_n = 0.0;
             handle.blend_left_s = (handle.blend_left_s - dt_s).max(0.0);
         }
+        let form = self.context.map_or(KinematicsForm::default(), |c| c.form);
         let [near, partner] = &mut self.handles;
         match (near.mode, partner.mode) {
-            (HANDLE_HELD, _) => near.tick_held(&self.params, stylus, port_rung, dt_s),
+            (HANDLE_HELD, _) => near.tick_held(&self.params, stylus, port_rung, form, dt_s),
             (HANDLE_PULLED, HANDLE_LINKED) => {
                 let Some(context) = self.context else { return Vec3::zeros() };
                 let line = LineParams {
                     stiffness_n_per_m: self.params.line_stiffness_n_per_m,
                     damping_n_s_per_m: self.params.line_damping_n_s_per_m,
                     rest_length_m: context.line_rest_length_m,
-                    capstan_ratio: context.capstan_ratio,
+                    friction: context.line_friction,
                 };
                 let anchors = (near.blended(self.params.blend_s), partner.blended(self.params.blend_s));
-                let out =
-                    tick_pulled((near.node, &anchors.0), (partner.node, &anchors.1), stylus, &line, port_rung, dt_s);
+                let tick = match form {
+                    KinematicsForm::ImplicitDrag => tick_pulled,
+                    KinematicsForm::Literal => tick_pulled_literal,
+                };
+                let out = tick((near.node, &anchors.0), (partner.node, &anchors.1), stylus, &line, port_rung, dt_s);
                 near.settle(out.right, out.hand_force_n + out.link_force_n, out.right_flags, stylus.position_m);
                 partner.settle(out.left, -out.link_force_n, out.left_flags, stylus.position_m);
                 near.line_tension_n = out.tension_n;
@@ -211,13 +224,24 @@ impl Handle {
         self.offset_m = stylus_m - self.anchor.position_m;
     }
 
-    fn tick_held(&mut self, params: &CouplingParams, stylus: StylusState, rung: PortRung, dt_s: f64) -> Vec3 {
+    fn tick_held(
+        &mut self,
+        params: &CouplingParams,
+        stylus: StylusState,
+        rung: PortRung,
+        form: KinematicsForm,
+        dt_s: f64,
+    ) -> Vec3 {
         let coupling = coupling::CouplingParams {
             stiffness_n_per_m: params.stiffness_n_per_m,
             damping_n_s_per_m: params.damping_n_s_per_m,
         };
         let anchor = self.blended(params.blend_s);
-        let out = tick_held(self.node, &anchor, stylus, self.offset_m, coupling, rung, dt_s);
+        let tick = match form {
+            KinematicsForm::ImplicitDrag => tick_held,
+            KinematicsForm::Literal => tick_held_literal,
+        };
+        let out = tick(self.node, &anchor, stylus, self.offset_m, coupling, rung, dt_s);
         self.settle(out.node, out.applied_force_n, out.flags, stylus.position_m);
         out.device_force_n
     }

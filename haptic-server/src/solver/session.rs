@@ -7,9 +7,12 @@ use protocol::scene_frame::{FrameHeader, FrameNode, OutlineHeader};
 use protocol::servo_state::ServoState;
 use protocol::session_command as command;
 use protocol::session_command::SessionCommand;
-use protocol::tissue_port::{HANDLE_HELD, HANDLE_LINKED, HANDLE_PULLED, HandlePort, TissuePort};
+use protocol::tissue_port::{
+    HANDLE_HELD, HANDLE_LINKED, HANDLE_PULLED, HandlePort, KINEMATICS_IMPLICIT_DRAG, KINEMATICS_LITERAL, TissuePort,
+};
 use protocol::wire::Field;
 use protocol::wound_report::{LedgerRow, MAX_LEDGER_ROWS, WoundReport};
+use sim_core::kinematics::integrate::KinematicsForm;
 use sim_core::scene::build::SceneError;
 use sim_core::scene::grip::{Grip, HandleMode};
 use sim_core::scene::procedure::{Procedure, ProcedureRow, SceneSource, SessionRequest};
@@ -219,7 +222,11 @@ impl SolverSession {
         port.target_normal = scene.tissue().outward.into();
         port.across = scene.tissue().across.into();
         port.line_rest_length_m = scene.grips().line_rest_length_m();
-        port.capstan_ratio = scene.plan().line.map_or(1.0, |l| l.capstan_ratio);
+        port.line_friction = scene.plan().line.map_or(0.0, |l| l.friction);
+        port.kinematics = match scene.plan().suture.kinematics {
+            KinematicsForm::ImplicitDrag => KINEMATICS_IMPLICIT_DRAG,
+            KinematicsForm::Literal => KINEMATICS_LITERAL,
+        };
         let grips: [Option<Grip>; 2] = {
             let mut all = scene.grips().iter().copied();
             [all.next(), all.next()]

@@ -65,7 +65,7 @@ fn wait_for<T>(mut poll: impl FnMut() -> Option<T>) -> T {
 }
 
 fn port(epoch: u32) -> TissuePort {
-    TissuePort { epoch, capstan_ratio: 1.0, ..TissuePort::EMPTY }
+    TissuePort { epoch, ..TissuePort::EMPTY }
 }
 
 #[test]

@@ -20,6 +20,16 @@ pub struct NodeState {
     pub velocity_m_per_s: Vec3,
 }
 
+/// How the drag of Eq. (3) is taken in Eq. (2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum KinematicsForm {
+    /// At the end of the step, with the stiffness.
+    #[default]
+    ImplicitDrag,
+    /// At its start, as printed; sub-stepped where it must be.
+    Literal,
+}
+
 /// Eq. (2) as printed: `acceleration` holds every force of Eq. (3) at time t, the damping included.
 #[must_use]
 pub fn step_literal(state: NodeState, acceleration_m_per_s2: Vec3, dt_s: f64) -> NodeState {

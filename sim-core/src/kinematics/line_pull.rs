@@ -3,13 +3,13 @@
 //! `L = |x_d − x_r| + |x_r − x_l|`, `T = max(0, k·(L − L₀) + b·L̇)`. On the right point
 //! `F_hand = T·û(r→d)` and `F_link = ρT·û(r→l)`, on the left point `−ρT·û(r→l)`, on the device `−F_hand`
 //! (Zhang et al., Eq. (3) and Fig. 3; an impedance device measures no force, so the tension comes from the
-//! positions). `ρ = e^{−μθ}` is the capstan ratio; ρ = 1 is the paper's `|F_link| = |F_hand|`. SI units.
+//! positions). `ρ = e^{−μθs}` is what friction leaves of the tension (`capstan`); ρ = 1 is the paper's `|F_link| = |F_hand|`. SI units.
 //!
 //! Below [`SOFT_LENGTH_M`] a segment's length is rounded off quadratically, so that length, direction and
 //! tension stay continuous where two points meet. Deliberately absent: the free part of the line (Follow the
-//! Leader), stitches already tied, and a wrap that changes or slides back: ρ is fixed and has one direction, so with
-//! μ > 0 a gap that recoils under tension can gain energy.
+//! Leader), stitches already tied.
 
+use crate::kinematics::capstan::{capstan_ratio, sliding_direction, wrap_angle_rad};
 use crate::kinematics::coupling::StylusState;
 use crate::kinematics::integrate::NodeState;
 use crate::vector::Vec3;
@@ -27,9 +27,12 @@ pub struct LineParams {
     pub damping_n_s_per_m: f64,
     /// Rest length `L₀`: the length at capture, metres.
     pub rest_length_m: f64,
-    /// `ρ = e^{−μθ}` at the right point, 0 to 1.
-    pub capstan_ratio: f64,
+    /// Friction μ of the line in the right point, at least 0; 0 is the paper's case.
+    pub friction: f64,
 }
+
+/// What one point sees of the line's stiffness and damping at most: `|∂L/∂x_r|² + |∂L/∂x_l|² ≤ 4 + 1`.
+pub const LINE_STIFFNESS_SHARE: f64 = 5.0;
 
 /// Length and directions of the line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,6 +43,8 @@ pub struct LineGeometry {
     pub towards_stylus: Vec3,
     /// `û(r→l)`, unit, shorter near coincidence.
     pub towards_left: Vec3,
+    /// θ: how far the line bends at the right point, radians.
+    pub wrap_rad: f64,
     /// How fast `û(r→d)` turns with its ends: at most this, per metre.
     pub turn_above_per_m: f64,
     /// How fast `û(r→l)` turns with its ends: at most this, per metre.
@@ -53,23 +58,6 @@ pub struct LineForces {
     pub hand_n: Vec3,
     /// `F_link` on the right point; the left point gets the opposite.
     pub link_n: Vec3,
-}
-
-/// Capstan ratio `ρ = e^{−μθ}`: what is left of the tension behind a point that the line wraps by θ.
-#[must_use]
-pub fn capstan_ratio(friction: f64, wrap_rad: f64) -> f64 {
-    (-friction * wrap_rad).exp()
-}
-
-/// Angle by which a line that comes from `before` and goes to `after` turns at `at`: 0 straight through, π doubled
-/// back, 0 where two of the points coincide.
-#[must_use]
-pub fn wrap_angle_rad(before: Vec3, at: Vec3, after: Vec3) -> f64 {
-    let (incoming, outgoing) = (at - before, after - at);
-    if incoming == Vec3::zeros() || outgoing == Vec3::zeros() {
-        return 0.0;
-    }
-    incoming.cross(&outgoing).norm().atan2(incoming.dot(&outgoing))
 }
 
 /// Length of a segment, its gradient with respect to the far end, and the norm of its second derivative.
@@ -88,7 +76,8 @@ fn soft_segment(from: Vec3, to: Vec3) -> (f64, Vec3, f64) {
 pub fn measure(stylus_m: Vec3, right_m: Vec3, left_m: Vec3) -> LineGeometry {
     let (above_m, towards_stylus, turn_above_per_m) = soft_segment(right_m, stylus_m);
     let (below_m, towards_left, turn_below_per_m) = soft_segment(right_m, left_m);
-    LineGeometry { length_m: above_m + below_m, towards_stylus, towards_left, turn_above_per_m, turn_below_per_m }
+    let (length_m, wrap_rad) = (above_m + below_m, wrap_angle_rad(stylus_m, right_m, left_m));
+    LineGeometry { length_m, towards_stylus, towards_left, wrap_rad, turn_above_per_m, turn_below_per_m }
 }
 
 impl LineGeometry {
@@ -108,6 +97,13 @@ impl LineGeometry {
     #[must_use]
     pub fn rate_m_per_s(&self, stylus_v: Vec3, right_v: Vec3, left_v: Vec3) -> f64 {
         self.towards_stylus.dot(&stylus_v) + self.gradient_right().dot(&right_v) + self.gradient_left().dot(&left_v)
+    }
+
+    /// Speed at which the line slides through the right point towards the hand: how fast the segment below shortens, metres
+    /// per second.
+    #[must_use]
+    pub fn sliding_speed_m_per_s(&self, right_v: Vec3, left_v: Vec3) -> f64 {
+        self.towards_left.dot(&(right_v - left_v))
     }
 
     /// Force on the right point per newton of tension: `û(r→d) + ρ·û(r→l)`.
@@ -149,17 +145,18 @@ pub fn pull(line: &LineParams, stylus: StylusState, right: NodeState, left: Node
     let geometry = measure(stylus.position_m, right.position_m, left.position_m);
     let rate = geometry.rate_m_per_s(stylus.velocity_m_per_s, right.velocity_m_per_s, left.velocity_m_per_s);
     let tension = tension_n(line, geometry.length_m, rate);
-    (tension, geometry.forces(tension, line.capstan_ratio))
+    let sliding = sliding_direction(geometry.sliding_speed_m_per_s(right.velocity_m_per_s, left.velocity_m_per_s));
+    (tension, geometry.forces(tension, capstan_ratio(line.friction * sliding, geometry.wrap_rad)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use std::f64::consts::{FRAC_PI_2, PI};
+    use std::f64::consts::FRAC_PI_2;
 
     const LINE: LineParams =
-        LineParams { stiffness_n_per_m: 400.0, damping_n_s_per_m: 1.0, rest_length_m: 0.05, capstan_ratio: 1.0 };
+        LineParams { stiffness_n_per_m: 400.0, damping_n_s_per_m: 1.0, rest_length_m: 0.05, friction: 0.0 };
 
     fn at(x: f64, y: f64, z: f64) -> NodeState {
         NodeState { position_m: Vec3::new(x, y, z), velocity_m_per_s: Vec3::zeros() }
@@ -177,20 +174,16 @@ mod tests {
     #[test]
     fn eq3_friction_leaves_the_capstan_share_below_the_tissue() {
         let (mu, theta) = (0.3, FRAC_PI_2);
-        let line = LineParams { capstan_ratio: capstan_ratio(mu, theta), ..LINE };
+        let line = LineParams { friction: mu, ..LINE };
         let stylus = StylusState { position_m: Vec3::new(0.004, 0.0, 0.06), velocity_m_per_s: Vec3::zeros() };
-        let (right, left) = (at(0.004, 0.0, 0.0), at(-0.004, 0.0, 0.0));
+        let (mut right, left) = (at(0.004, 0.0, 0.0), at(-0.004, 0.0, 0.0));
         assert!((wrap_angle_rad(stylus.position_m, right.position_m, left.position_m) - theta).abs() < 1e-15);
-        let (_, forces) = pull(&line, stylus, right, left);
-        assert!((forces.link_n.norm() / forces.hand_n.norm() - (-mu * theta).exp()).abs() < 1e-12);
-    }
-
-    #[test]
-    fn wrap_angle_of_straight_and_doubled_back() {
-        let [a, b, c] = [0.0, 1.0, 2.0].map(|x| Vec3::new(x, 0.0, 0.0));
-        assert_eq!(wrap_angle_rad(a, b, c), 0.0);
-        assert!((wrap_angle_rad(a, b, a) - PI).abs() < 1e-15);
-        assert_eq!(wrap_angle_rad(a, a, c), 0.0);
+        // Closing, at rest, recoiling.
+        for (speed, sign) in [(0.01, 1.0), (0.0, 0.0), (-0.01, -1.0)] {
+            right.velocity_m_per_s.x = -speed;
+            let (_, forces) = pull(&line, stylus, right, left);
+            assert!((forces.link_n.norm() / forces.hand_n.norm() - (-mu * theta * sign).exp()).abs() < 1e-12);
+        }
     }
 
     #[test]

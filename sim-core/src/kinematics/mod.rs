@@ -3,9 +3,11 @@
 //! inside the 1 kHz servo tick.
 
 pub mod attachment;
+pub mod capstan;
 pub mod coupling;
 pub mod integrate;
 pub mod line_pull;
+pub mod literal_tick;
 mod node_equation;
 pub mod patch;
 pub mod port_tick;

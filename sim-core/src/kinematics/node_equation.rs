@@ -49,6 +49,8 @@ pub struct TickFlags {
     pub beyond_trust: bool,
     /// The stiffness made the system indefinite; an isotropic upper bound stood in for it.
     pub stiffness_replaced: bool,
+    /// The literal form would have needed more sub-steps than a tick has; the implicit one stood in for it.
+    pub literal_refused: bool,
     /// The result was not finite: the point stays, forces are zero.
     pub contained: bool,
 }

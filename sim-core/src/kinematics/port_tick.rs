@@ -5,12 +5,14 @@
 //! `(m + Δt(c + B) + Δt²(Kvc + S))·v⁺ = m·v + Δt·[…]`, symmetric positive definite. SI units.
 //!
 //! A pulled line ties right and left point by one scalar, its tension: `v⁺ = u + T·w` for each point, so `T`
-//! follows from one linear equation and is the same in both; a negative `T` is a slack line, `T = 0`. The port is trusted
+//! follows from one linear equation and is the same in both; a negative `T` is a slack line, `T = 0`. With friction the
+//! ratio of the tensions (`capstan`) is found together with the sliding speed that it causes. The port is trusted
 //! within its radius: beyond, the spring term keeps its size and turns with the displacement.
 //!
 //! Deliberately absent: choosing the rung (age of the port), filtering and limiting the device force
 //! (the servo's safety stage), extrapolating the port by its velocity.
 
+use crate::kinematics::capstan::{capstan_ratio, self_consistent_ratio};
 use crate::kinematics::coupling::{CouplingParams, StylusState, coupling_force};
 use crate::kinematics::integrate::NodeState;
 use crate::kinematics::line_pull::{LineParams, measure, pull};
@@ -60,7 +62,7 @@ pub struct PulledTick {
 }
 
 /// Stiffness and damping that one rung multiplies.
-fn damping_factor(rung: PortRung) -> f64 {
+pub(super) fn damping_factor(rung: PortRung) -> f64 {
     match rung {
         PortRung::Affine | PortRung::Frozen => 1.0,
         PortRung::OneRing => 2.0,
@@ -75,7 +77,7 @@ fn stopped(node: NodeState) -> NodeState {
     NodeState { velocity_m_per_s: Vec3::zeros(), ..node }
 }
 
-fn finite(v: Vec3) -> bool {
+pub(super) fn finite(v: Vec3) -> bool {
     v.iter().all(|x| x.is_finite())
 }
 
@@ -150,7 +152,8 @@ pub fn tick_pulled(
     let mut right_equation = NodeEquation::new(right.0, right.1, rung);
     let mut left_equation = NodeEquation::new(left.0, left.1, rung);
     let (present_tension_n, _) = pull(line, stylus, right.0, left.0);
-    let turning = geometry.turning_stiffness_n_per_m(present_tension_n, line.capstan_ratio);
+    let most_below = capstan_ratio(-line.friction, geometry.wrap_rad);
+    let turning = geometry.turning_stiffness_n_per_m(present_tension_n, most_below);
     let solve = |equation: &mut NodeEquation, (node, port): (NodeState, &AffinePort), turning, line_direction| {
         if rung == PortRung::Frozen {
             return (Vec3::zeros(), Vec3::zeros());
@@ -158,21 +161,35 @@ pub fn tick_pulled(
         let damping = turning_drag_n_s_per_m(turning, port, dt);
         equation.solve(node, port, &Load { damping, line_direction, ..Load::default() }, dt)
     };
-    let (u_right, w_right) = solve(&mut right_equation, right, turning.0, geometry.right_direction(line.capstan_ratio));
-    let (u_left, w_left) = solve(&mut left_equation, left, turning.1, geometry.left_direction(line.capstan_ratio));
-
     // T = k(L − L₀) + b·û·v_d + (kΔt + b)·Σ g·(u + T·w), solved for T; the denominator is at least 1 for ρ = 1.
     let (g_right, g_left) = (geometry.gradient_right(), geometry.gradient_left());
     let gain = line.stiffness_n_per_m * dt + damping;
-    let drive = line.stiffness_n_per_m * (geometry.length_m - line.rest_length_m)
-        + damping * geometry.towards_stylus.dot(&stylus.velocity_m_per_s)
-        + gain * (g_right.dot(&u_right) + g_left.dot(&u_left));
-    let resistance = 1.0 - gain * (g_right.dot(&w_right) + g_left.dot(&w_left));
-    let tension_n = (drive / resistance.max(1.0)).max(0.0);
+    let tension = |(u_right, w_right): (Vec3, Vec3), (u_left, w_left): (Vec3, Vec3)| {
+        let drive = line.stiffness_n_per_m * (geometry.length_m - line.rest_length_m)
+            + damping * geometry.towards_stylus.dot(&stylus.velocity_m_per_s)
+            + gain * (g_right.dot(&u_right) + g_left.dot(&u_left));
+        let resistance = 1.0 - gain * (g_right.dot(&w_right) + g_left.dot(&w_left));
+        (drive / resistance.max(1.0)).max(0.0)
+    };
+    let ratio = if line.friction == 0.0 {
+        1.0
+    } else {
+        let (u_right, above) = solve(&mut right_equation, right, turning.0, geometry.towards_stylus);
+        let (_, below) = solve(&mut right_equation, right, turning.0, geometry.towards_left);
+        let (u_left, partner) = solve(&mut left_equation, left, turning.1, -geometry.towards_left);
+        self_consistent_ratio(line.friction, geometry.wrap_rad, |ratio| {
+            let (w_right, w_left) = (above + below * ratio, partner * ratio);
+            let tension_n = tension((u_right, w_right), (u_left, w_left));
+            geometry.sliding_speed_m_per_s(u_right + w_right * tension_n, u_left + w_left * tension_n)
+        })
+    };
+    let (u_right, w_right) = solve(&mut right_equation, right, turning.0, geometry.right_direction(ratio));
+    let (u_left, w_left) = solve(&mut left_equation, left, turning.1, geometry.left_direction(ratio));
+    let tension_n = tension((u_right, w_right), (u_left, w_left));
 
     let right_after = moved(right.0, u_right + w_right * tension_n, dt);
     let left_after = moved(left.0, u_left + w_left * tension_n, dt);
-    let forces = geometry.forces(tension_n, line.capstan_ratio);
+    let forces = geometry.forces(tension_n, ratio);
     let right_tissue_force_n = right_equation.tissue_force(right_after.velocity_m_per_s, dt);
     let left_tissue_force_n = left_equation.tissue_force(left_after.velocity_m_per_s, dt);
     let vectors = [right_after.position_m, left_after.position_m, right_after.velocity_m_per_s].into_iter().chain([

@@ -2,6 +2,7 @@
 
 use super::config::{DragReading as DragChoice, IntegratorReading, MaterialConfig, SceneConfig, TissueConfig};
 use super::plan::in_range;
+use crate::kinematics::literal_tick::MAX_SUBSTEPS;
 use crate::suture_line::line::SutureLineError;
 use crate::tissue::integrator::Integrator;
 use crate::tissue::model::{Tissue, TissueError};
@@ -34,6 +35,35 @@ pub enum SceneError {
         found: f64,
         /// What is allowed.
         allowed: &'static str,
+    },
+    /// Two choices that do not go together.
+    #[error("{key} = \"{found}\" {needs}")]
+    Reading {
+        /// Key in the scene file.
+        key: &'static str,
+        /// What was chosen.
+        found: &'static str,
+        /// What it needs, and the remedy.
+        needs: &'static str,
+    },
+    /// The literal form of Eq. (2) cannot be stable within its sub-steps.
+    #[error(
+        "suture.kinematics = \"literal\" must blow up at suture point {point}: K h^2 + 2 c h < 4 m does not hold with \
+         K = {stiffness_n_per_m:.0} N/m, c = {drag_n_s_per_m:.2} N*s/m, m = {:.3} g even at h = {:.4} ms ({} sub-steps of a \
+         1 kHz tick); set suture.point_mass_g {:.2} g higher, or use \"implicit_drag\"",
+        mass_kg * 1e3, 1.0 / f64::from(MAX_SUBSTEPS), MAX_SUBSTEPS, (mass_needed_kg - mass_kg) * 1e3
+    )]
+    LiteralUnstable {
+        /// Suture point, in order left, right by pair.
+        point: usize,
+        /// Bound on what it feels of tissue, coupling and line, newtons per metre.
+        stiffness_n_per_m: f64,
+        /// Bound on its drag, newton seconds per metre.
+        drag_n_s_per_m: f64,
+        /// Its mass, kilograms.
+        mass_kg: f64,
+        /// The mass that would do, kilograms.
+        mass_needed_kg: f64,
     },
     /// Suture control without a suture line.
     #[error("the scene has a [control] section but no [line]; add [line] or remove [control]")]

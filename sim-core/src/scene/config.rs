@@ -176,6 +176,34 @@ pub struct SutureConfig {
     pub closed_gap_mm: f64,
     /// Mass of a suture point with needle (m_j of Eq. (3)), grams.
     pub point_mass_g: f64,
+    /// How the springs at a suture point are read.
+    #[serde(default)]
+    pub spring_law: SpringLawReading,
+    /// How the suture points move in the servo's ticks.
+    #[serde(default)]
+    pub kinematics: KinematicsReading,
+}
+
+/// The d_i of Eq. (3).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SpringLawReading {
+    /// The plain distance: springs of stiffness k that pull and push.
+    #[default]
+    Bilateral,
+    /// That of Eq. (1): stiffness k·β, pulling only.
+    PaperTension,
+}
+
+/// When the forces of Eq. (3) are taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum KinematicsReading {
+    /// Stiffness and drag at the end of the tick: stable for every mass.
+    #[default]
+    ImplicitDrag,
+    /// Everything at its start, as printed, in as many sub-steps as that takes.
+    Literal,
 }
 
 /// Relaxed Long Range Attachments.
@@ -192,6 +220,20 @@ pub struct AttachmentConfig {
     pub beta_reference_ms: f64,
     /// How distance is measured.
     pub distance: DistanceReading,
+    /// Velocity of a node after a projection, in mode paper.
+    #[serde(default)]
+    pub velocity: VelocityReading,
+}
+
+/// Velocity of a projected node.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum VelocityReading {
+    /// Changed by the displacement over the step.
+    #[default]
+    Corrected,
+    /// Left as it is, as printed: a held node at rest then has a velocity.
+    Literal,
 }
 
 /// How β acts.

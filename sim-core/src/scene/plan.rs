@@ -2,8 +2,13 @@
 //! memory, no topic), never a stage that is skipped.
 
 use super::build::SceneError;
-use super::config::{AttachmentReading, ControlReading, DistanceReading, SceneConfig};
+use super::config::{
+    AttachmentReading, ControlReading, DistanceReading, KinematicsReading, SceneConfig, SpringLawReading,
+    VelocityReading,
+};
 use crate::kinematics::attachment::check_relaxation;
+use crate::kinematics::integrate::KinematicsForm;
+use crate::kinematics::suture_point::SpringLaw;
 use crate::suture_line::line::SutureLineParams;
 use crate::tissue::geodesic::DistanceKind;
 use crate::tissue::regulation::{ProjectedVelocity, RegulationMode};
@@ -26,6 +31,15 @@ pub struct AttachmentPlan {
     pub distance: DistanceKind,
 }
 
+/// How Eq. (2) and (3) are read at the suture points of this scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SuturePlan {
+    /// Springs to the neighbours.
+    pub spring_law: SpringLaw,
+    /// Steps of the servo's ticks.
+    pub kinematics: KinematicsForm,
+}
+
 /// The suture line in this scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinePlan {
@@ -33,8 +47,8 @@ pub struct LinePlan {
     pub course: SutureLineParams,
     /// Tied stitches.
     pub stitch: StitchParams,
-    /// Tension ratio over one suture point, `exp(−μθ)` with a quarter turn.
-    pub capstan_ratio: f64,
+    /// Friction μ of the line in a suture point.
+    pub friction: f64,
 }
 
 /// Algorithm 2 in this scene.
@@ -51,6 +65,8 @@ pub struct ControlPlan {
 /// The optional stages of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScenePlan {
+    /// Eq. (2) and (3) at the suture points.
+    pub suture: SuturePlan,
     /// Relaxed Long Range Attachments.
     pub attachments: Option<AttachmentPlan>,
     /// Stiffness of wound edges that touch, newtons per metre.
@@ -68,6 +84,7 @@ impl ScenePlan {
     /// [`SceneError::Value`] names the key, what was found and what is allowed.
     pub fn new(config: &SceneConfig) -> Result<Self, SceneError> {
         Ok(Self {
+            suture: suture(config)?,
             attachments: attachments(config)?,
             contact_n_per_m: contact(config)?,
             line: line(config)?,
@@ -87,6 +104,27 @@ impl ScenePlan {
     }
 }
 
+fn suture(config: &SceneConfig) -> Result<SuturePlan, SceneError> {
+    let spring_law = match config.suture.spring_law {
+        SpringLawReading::Bilateral => SpringLaw::Bilateral,
+        SpringLawReading::PaperTension => SpringLaw::PaperTension,
+    };
+    if spring_law == SpringLaw::PaperTension && config.attachment.is_none() {
+        let needs = "takes its beta from Eq. (1); add an [attachment] section or use \"bilateral\"";
+        return Err(SceneError::Reading { key: "suture.spring_law", found: "paper_tension", needs });
+    }
+    let kinematics = match config.suture.kinematics {
+        KinematicsReading::ImplicitDrag => KinematicsForm::ImplicitDrag,
+        KinematicsReading::Literal => KinematicsForm::Literal,
+    };
+    if kinematics == KinematicsForm::Literal && config.line.as_ref().is_some_and(|l| l.friction != 0.0) {
+        let needs = "takes every force at time t, and dry friction has no stable step so; set line.friction = 0 or use \
+                     \"implicit_drag\"";
+        return Err(SceneError::Reading { key: "suture.kinematics", found: "literal", needs });
+    }
+    Ok(SuturePlan { spring_law, kinematics })
+}
+
 fn attachments(config: &SceneConfig) -> Result<Option<AttachmentPlan>, SceneError> {
     let Some(a) = &config.attachment else { return Ok(None) };
     let beta = check_relaxation(a.beta).map_err(|_| SceneError::Value {
@@ -96,9 +134,14 @@ fn attachments(config: &SceneConfig) -> Result<Option<AttachmentPlan>, SceneErro
     })?;
     let reference_step_s =
         in_range("attachment.beta_reference_ms", a.beta_reference_ms, 0.01, 1000.0, "0.01 to 1000")? * 1e-3;
-    let mode = match a.mode {
-        AttachmentReading::Paper => RegulationMode::Paper(ProjectedVelocity::Corrected),
-        AttachmentReading::Compliant => RegulationMode::Compliant { reference_step_s },
+    let mode = match (a.mode, a.velocity) {
+        (AttachmentReading::Paper, VelocityReading::Corrected) => RegulationMode::Paper(ProjectedVelocity::Corrected),
+        (AttachmentReading::Paper, VelocityReading::Literal) => RegulationMode::Paper(ProjectedVelocity::Literal),
+        (AttachmentReading::Compliant, VelocityReading::Corrected) => RegulationMode::Compliant { reference_step_s },
+        (AttachmentReading::Compliant, VelocityReading::Literal) => {
+            let needs = "is about nodes that are projected; set attachment.mode = \"paper\" or use \"corrected\"";
+            return Err(SceneError::Reading { key: "attachment.velocity", found: "literal", needs });
+        }
     };
     let distance = match a.distance {
         DistanceReading::Geodesic => DistanceKind::Geodesic,
@@ -126,7 +169,7 @@ fn line(config: &SceneConfig) -> Result<Option<LinePlan>, SceneError> {
         wrap_rad: STITCH_WRAP_RAD,
     };
     let course = SutureLineParams::new(l.length_mm * 1e-3, l.axial_stiffness_n, l.links as usize)?;
-    Ok(Some(LinePlan { course, stitch, capstan_ratio: (-friction * std::f64::consts::FRAC_PI_2).exp() }))
+    Ok(Some(LinePlan { course, stitch, friction }))
 }
 
 fn control(config: &SceneConfig) -> Result<Option<ControlPlan>, SceneError> {

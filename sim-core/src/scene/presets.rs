@@ -11,7 +11,8 @@
 
 use super::config::{
     AttachmentConfig, AttachmentReading, ControlConfig, ControlReading, DistanceReading, DragReading,
-    IntegratorReading, LineConfig, MaterialConfig, SceneConfig, SolverConfig, SutureConfig, TissueConfig, WoundConfig,
+    IntegratorReading, KinematicsReading, LineConfig, MaterialConfig, SceneConfig, SolverConfig, SpringLawReading,
+    SutureConfig, TissueConfig, VelocityReading, WoundConfig,
 };
 
 /// One row of Table 2.
@@ -124,7 +125,16 @@ fn wound(length_mm: f64, gap_mm: f64, depth_mm: f64) -> WoundConfig {
 }
 
 fn suture(bite_mm: f64, patch_radius_mm: f64) -> SutureConfig {
-    SutureConfig { pairs: 4, bite_mm, patch_radius_mm, capture_radius_mm: 4.0, closed_gap_mm: 0.3, point_mass_g: 2.0 }
+    SutureConfig {
+        pairs: 4,
+        bite_mm,
+        patch_radius_mm,
+        capture_radius_mm: 4.0,
+        closed_gap_mm: 0.3,
+        point_mass_g: 2.0,
+        spring_law: SpringLawReading::default(),
+        kinematics: KinematicsReading::default(),
+    }
 }
 
 fn attachment(row: Table2, radius_mm: f64) -> AttachmentConfig {
@@ -134,6 +144,7 @@ fn attachment(row: Table2, radius_mm: f64) -> AttachmentConfig {
         radius_mm,
         beta_reference_ms: BETA_REFERENCE_MS,
         distance: DistanceReading::Geodesic,
+        velocity: VelocityReading::Corrected,
     }
 }
 

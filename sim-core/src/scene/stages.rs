@@ -2,17 +2,25 @@
 //!
 //! Contacts of the wound edges come first among the pair constraints, stitches and holds after them.
 
+use crate::kinematics::coupling::DEFAULT_COUPLING;
+use crate::kinematics::integrate::{KinematicsForm, literal_min_mass_kg};
+use crate::kinematics::line_pull::LINE_STIFFNESS_SHARE;
+use crate::kinematics::literal_tick::{MAX_SUBSTEPS, STEP_SHARE, literal_substeps};
+use crate::kinematics::suture_point::SpringLaw;
 use crate::tissue::constraint::{PairConstraint, PairSense, Pairs};
 use crate::tissue::geodesic::neighbours_within;
 use crate::tissue::model::Tissue;
 use crate::tissue::network::TissueState;
 use crate::tissue::patch_set::{PatchId, PatchSet};
 use crate::tissue::regulation::{AttachmentSpec, Attachments};
-use crate::tissue::solver::Stages;
+use crate::tissue::solver::{Stages, TissueSolver};
 
 use super::build::SceneError;
 use super::plan::{AttachmentPlan, ScenePlan};
 use super::stitching::{left_patch, right_patch};
+
+/// Tick of the servo that the literal form is judged by, seconds.
+const SERVO_PERIOD_S: f64 = 1e-3;
 
 /// What stays fixed about a pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,6 +56,60 @@ pub(super) fn pair_facts(
         PairFacts { open_distance_m, contact_m, closed_m: contact_m + closed_gap_m }
     });
     facts.collect()
+}
+
+/// Reads the springs at the suture points as the plan says: those between a patch and anything else. Inside a patch they
+/// keep its shape and stay as they are.
+pub(super) fn read_springs(plan: &ScenePlan, tissue: &mut Tissue) {
+    let (SpringLaw::PaperTension, Some(attachments)) = (plan.suture.spring_law, &plan.attachments) else { return };
+    let mut point = vec![None; tissue.network.node_count()];
+    for (index, p) in tissue.pairs.iter().flat_map(|p| [&p.left.patch, &p.right.patch]).enumerate() {
+        for &node in &p.nodes {
+            point[node as usize] = Some(index);
+        }
+    }
+    tissue.network.read_as_relaxed(attachments.beta, |s| point[s.a as usize] != point[s.b as usize]);
+}
+
+/// Refuses the literal form where a tick of 1 kHz has not enough sub-steps for it. `K` is what the point feels with all
+/// around it held and every link pulling.
+pub(super) fn require_literal_steps(
+    plan: &ScenePlan,
+    solver: &TissueSolver,
+    stages: &Stages,
+    point_mass_kg: f64,
+) -> Result<(), SceneError> {
+    if plan.suture.kinematics == KinematicsForm::ImplicitDrag {
+        return Ok(());
+    }
+    let (network, patches) = (solver.network(), solver.patches());
+    let edges = &network.half_edges;
+    for point in 0..patches.len() {
+        let nodes = patches.nodes(PatchId(point as u32));
+        let springs = nodes.iter().flat_map(|&n| edges.row(n as usize));
+        let ring = springs.filter(|&e| !nodes.contains(&edges.neighbour[e])).map(|e| edges.stiffness_n_per_m[e]);
+        let links = stages
+            .attachments
+            .as_ref()
+            .map_or(0.0, |a| a.total_stiffness_n_per_m(point, network, solver.stability().substep_s()));
+        let coupling = DEFAULT_COUPLING.stiffness_n_per_m * LINE_STIFFNESS_SHARE;
+        let stiffness_n_per_m = ring.sum::<f64>() + links + coupling;
+        let drag = nodes.iter().map(|&n| network.drag_n_s_per_m[n as usize]).sum::<f64>();
+        let drag_n_s_per_m = drag + DEFAULT_COUPLING.damping_n_s_per_m * LINE_STIFFNESS_SHARE;
+        let mass_kg = point_mass_kg + nodes.iter().map(|&n| network.mass_kg[n as usize]).sum::<f64>();
+        if literal_substeps(stiffness_n_per_m, drag_n_s_per_m, mass_kg, SERVO_PERIOD_S).is_none() {
+            let h = SERVO_PERIOD_S / f64::from(MAX_SUBSTEPS) / STEP_SHARE;
+            let mass_needed_kg = literal_min_mass_kg(stiffness_n_per_m, drag_n_s_per_m, h);
+            return Err(SceneError::LiteralUnstable {
+                point,
+                stiffness_n_per_m,
+                drag_n_s_per_m,
+                mass_kg,
+                mass_needed_kg,
+            });
+        }
+    }
+    Ok(())
 }
 
 /// The optional stages that the plan asks for.

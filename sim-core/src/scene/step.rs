@@ -22,7 +22,7 @@ use super::config::SceneConfig;
 use super::grip::{Grip, Grips};
 use super::line_course::{CourseInput, LineCourse};
 use super::plan::{ScenePlan, in_range};
-use super::stages::{PairFacts, pair_facts, patch_set, push_contacts, stages};
+use super::stages::{PairFacts, pair_facts, patch_set, push_contacts, read_springs, require_literal_steps, stages};
 use super::stitching::{Stitching, left_patch, right_patch};
 use super::suturing::{HandInput, PairPlace, Side, Suturing, SuturingEvent};
 
@@ -64,7 +64,8 @@ impl Scene {
     /// [`SceneError`] when the scene, its mesh or its integrator cannot be used.
     pub fn new(config: &SceneConfig, mesh: Option<&TriangleMesh>) -> Result<Self, SceneError> {
         let plan = ScenePlan::new(config)?;
-        let tissue = build_tissue(config, mesh)?;
+        let mut tissue = build_tissue(config, mesh)?;
+        read_springs(&plan, &mut tissue);
         let patches = patch_set(&tissue)?;
         let mut solver = TissueSolver::new(tissue.network.clone(), patches, solver_params(config)?)?;
         let mut settled = tissue.network.rest_state();
@@ -78,6 +79,7 @@ impl Scene {
         in_range("suture.point_mass_g", config.suture.point_mass_g, 0.0, 1000.0, "0 to 1000")?;
         let facts = pair_facts(&tissue, solver.patches(), &settled, closed_gap_m);
         let stages = stages(&plan, &tissue, solver.patches(), &settled, &facts)?;
+        require_literal_steps(&plan, &solver, &stages, config.suture.point_mass_g * 1e-3)?;
         let mut scene = Self {
             suturing: Suturing::new(tissue.pairs.len(), capture_m),
             places: Vec::with_capacity(tissue.pairs.len()),

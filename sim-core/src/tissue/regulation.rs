@@ -166,6 +166,11 @@ impl Attachments {
         self.table.patches()[attachment]
     }
 
+    /// What a suture point feels at most of its links, all of them pulling, newtons per metre.
+    pub(crate) fn total_stiffness_n_per_m(&self, attachment: usize, network: &SpringNetwork, step_s: f64) -> f64 {
+        self.table.links(attachment).iter().map(|l| self.stiffness_n_per_m(l, network, step_s)).sum()
+    }
+
     /// Stiffness that a link amounts to; in the literal mode it depends on the step.
     pub(crate) fn stiffness_n_per_m(&self, link: &Link, network: &SpringNetwork, step_s: f64) -> f64 {
         match self.mode {

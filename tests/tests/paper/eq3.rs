@@ -4,7 +4,7 @@
 use proptest::prelude::*;
 use sim_core::kinematics::coupling::StylusState;
 use sim_core::kinematics::integrate::NodeState;
-use sim_core::kinematics::line_pull::{LineParams, capstan_ratio, pull};
+use sim_core::kinematics::line_pull::{LineParams, pull};
 use sim_core::kinematics::port_tick::{AffinePort, PortRung, tick_pulled};
 use sim_core::kinematics::suture_point::{Neighbours, SpringLaw, SuturePointForces, damping_force, spring_force};
 use sim_core::vector::{Mat3, Vec3};
@@ -23,12 +23,7 @@ fn resting(position_m: Vec3) -> NodeState {
 }
 
 fn line(friction: f64, rest_length_m: f64) -> LineParams {
-    LineParams {
-        stiffness_n_per_m: 400.0,
-        damping_n_s_per_m: 1.0,
-        rest_length_m,
-        capstan_ratio: capstan_ratio(friction, 1.5),
-    }
+    LineParams { stiffness_n_per_m: 400.0, damping_n_s_per_m: 1.0, rest_length_m, friction }
 }
 
 #[test]

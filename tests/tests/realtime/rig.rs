@@ -72,7 +72,6 @@ pub(crate) fn port(grip: Grip, epoch: u32, sequence: u64, publish_ns: u64) -> Ti
     port.epoch = epoch;
     port.publish_ns = publish_ns;
     port.valid_ns = publish_ns;
-    port.capstan_ratio = 1.0;
     port.line_rest_length_m = 0.028;
     port.pair_count = 4;
     port.gap_m = 0.008;
