@@ -13,5 +13,7 @@ mod parts;
 pub mod plot;
 mod regression;
 pub mod section;
+pub mod statics;
+pub mod validation;
 
 pub use cli::main;
