@@ -54,9 +54,9 @@ impl MissCounter {
     pub fn measure(&mut self, scheduled_ns: u64, period_ns: u64) -> u64 {
         let last = self.last_scheduled_ns.replace(scheduled_ns);
         let gap = last.map_or(period_ns, |last| scheduled_ns.saturating_sub(last));
-        let missed = ((gap + period_ns / 2) / period_ns.max(1)).saturating_sub(1);
-        self.total += missed;
-        self.in_a_row = if missed == 0 { 0 } else { self.in_a_row + missed };
+        let missed = (gap.saturating_add(period_ns / 2) / period_ns.max(1)).saturating_sub(1);
+        self.total = self.total.saturating_add(missed);
+        self.in_a_row = if missed == 0 { 0 } else { self.in_a_row.saturating_add(missed) };
         missed
     }
 }
@@ -124,6 +124,10 @@ mod tests {
         assert_eq!(misses.measure(15 * P + 200_000, P), 0);
         assert_eq!((misses.total, misses.in_a_row), (6, 0));
         assert_eq!(misses.measure(3 * P, P), 0);
+        // A clock that jumps to its end: a large count, no overflow.
+        assert!(misses.measure(u64::MAX, P) > 1 << 40 && misses.measure(0, P) == 0);
+        assert!(misses.measure(u64::MAX, 1) > 1 << 63 && misses.measure(0, 1) == 0 && misses.measure(u64::MAX, 1) > 0);
+        assert_eq!((misses.total, misses.in_a_row), (u64::MAX, u64::MAX - 1));
     }
 
     #[test]

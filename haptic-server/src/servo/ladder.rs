@@ -10,7 +10,9 @@
 //! age = now − publish time of the port; the period is measured from the ports' own cadence. A known death starts the
 //! decay at once. A decay that has begun runs to its end even when a new port arrives, so that coming back always
 //! passes the ramp. Times in nanoseconds of `CLOCK_MONOTONIC`. Over-estimating the local stiffness of a late port is
-//! safe, under-estimating it is not: hence the one-ring stiffness. Deliberately absent: forces, and extrapolation.
+//! safe, under-estimating it is not: hence the one-ring stiffness. When the clock steps back, the port in use is of unknown
+//! age: it decays at once, and only a port stamped by the clock as it is now is taken again. Deliberately absent: forces,
+//! and extrapolation.
 
 use crate::servo::params::{LadderParams, to_ns};
 use protocol::tissue_port::TissuePort;
@@ -84,7 +86,8 @@ pub struct Ladder {
     cadence_ns: u64,
     decay_since_ns: Option<u64>,
     deaths_seen: u32,
-    /// Ports published up to this moment belong to a solver that is dead.
+    last_now_ns: u64,
+    /// Ports published up to this moment belong to a solver that is dead, or to a clock that has stepped back since.
     dead_until_ns: Option<u64>,
 }
 
@@ -98,6 +101,7 @@ impl Ladder {
             cadence_ns: to_ns(params.solver_period_s),
             decay_since_ns: None,
             deaths_seen: 0,
+            last_now_ns: 0,
             dead_until_ns: None,
         }
     }
@@ -129,6 +133,10 @@ impl Ladder {
 
     /// The rung of this tick. `deaths` counts the solver's deaths as the supervisor reported them.
     pub fn tick(&mut self, now_ns: u64, deaths: u32) -> Step {
+        if now_ns < self.last_now_ns {
+            self.forget_times(now_ns);
+        }
+        self.last_now_ns = now_ns;
         if deaths != self.deaths_seen {
             self.deaths_seen = deaths;
             self.dead_until_ns = Some(now_ns);
@@ -173,6 +181,15 @@ impl Ladder {
             Rung::OneRing
         } else {
             Rung::Frozen
+        }
+    }
+
+    /// The clock has stepped back to `now_ns`: no earlier stamp can be compared with it.
+    fn forget_times(&mut self, now_ns: u64) {
+        self.decay_since_ns = self.newest.map(|_| now_ns);
+        self.dead_until_ns = self.newest.map(|_| now_ns);
+        if let Some(newest) = &mut self.newest {
+            newest.publish_ns = 0;
         }
     }
 
@@ -254,6 +271,32 @@ mod tests {
             assert!(seen_none || step.rung == Rung::Decay);
         }
         assert_eq!(ladder.tick(1_400 * MS, 0).rung, Rung::Affine);
+    }
+
+    #[test]
+    fn a_clock_that_steps_back_ends_the_port_in_use_and_takes_ports_of_the_new_clock() {
+        for (before, after) in [(10_000, 4_000), (1_000, 2)] {
+            let mut ladder = fed_until(before);
+            assert_eq!(ladder.tick(before * MS, 0).rung, Rung::Affine);
+            assert_eq!(ladder.tick(after * MS, 0).rung, Rung::Decay);
+            assert!((ladder.tick((after + 50) * MS, 0).gain - 0.5).abs() < 1e-9);
+            for ms in after + 51..after + 100 {
+                assert_eq!(ladder.accept(&port(ms, ms), ms * MS), Ok(()), "{ms}");
+                assert_eq!(ladder.tick(ms * MS, 0).rung, Rung::Decay, "{ms}");
+            }
+            assert_eq!(ladder.tick((after + 100) * MS, 0).rung, Rung::None);
+            assert_eq!(ladder.tick((after + 101) * MS, 0).rung, Rung::Affine);
+        }
+    }
+
+    #[test]
+    fn without_a_port_of_the_new_clock_the_decay_stays_at_zero() {
+        let mut ladder = fed_until(10_000);
+        ladder.tick(10_000 * MS, 0);
+        for ms in 5..10_500 {
+            let step = ladder.tick(ms * MS, 0);
+            assert_eq!(step.gain > 0.0, ms < 105, "{ms}: {step:?}");
+        }
     }
 
     #[test]

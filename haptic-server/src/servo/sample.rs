@@ -15,6 +15,9 @@ use sim_core::vector::Vec3;
 /// Buttons of a device.
 pub const BUTTONS: usize = 2;
 
+/// No stylus is farther from the scene's origin than this, metres: the first sample has nothing else to be judged by.
+const FARTHEST_M: f64 = 100.0;
+
 /// Why a sample was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleRefusal {
@@ -125,6 +128,9 @@ impl SampleGate {
         if sample.velocity_m_per_s.norm() > self.params.max_speed_m_per_s {
             return Some(SampleRefusal::Speed);
         }
+        if sample.position_m.norm() > FARTHEST_M {
+            return Some(SampleRefusal::Jump);
+        }
         let last = self.last?;
         let reach = self.params.max_jump_m * self.periods_since.max(1.0);
         ((sample.position_m - last.position_m).norm() > reach).then_some(SampleRefusal::Jump)
@@ -170,7 +176,9 @@ impl Buttons {
         for button in 0..BUTTONS {
             let bit = 1 << button;
             let (was, is) = (self.level & bit, raw & self.seen_up & bit);
-            let is_locked = self.edge_ns[button] != 0 && now_ns < self.edge_ns[button].saturating_add(self.lockout_ns);
+            // A clock that has stepped back ends the lock-out: an edge in the future says nothing.
+            let since_edge = now_ns.checked_sub(self.edge_ns[button]).filter(|_| self.edge_ns[button] != 0);
+            let is_locked = since_edge.is_some_and(|age| age < self.lockout_ns);
             if was == is || is_locked {
                 continue;
             }
@@ -218,6 +226,25 @@ mod tests {
             gate.reset();
             assert_eq!(gate.tick(&at(0.5), P, P).fault, None);
         }
+    }
+
+    #[test]
+    fn a_first_sample_beyond_any_room_is_refused() {
+        for x in [1e308, -101.0] {
+            let mut gate = SampleGate::new(SampleParams::default());
+            let answer = gate.tick(&at(x), P, P);
+            assert_eq!((answer.sample, answer.refusal), (None, Some(SampleRefusal::Jump)), "{x}");
+            assert_eq!(gate.tick(&at(0.1), P, P).sample.map(|s| s.position_m.x), Some(0.1));
+        }
+    }
+
+    #[test]
+    fn an_edge_counts_after_the_clock_stepped_back() {
+        let mut buttons = Buttons::new(&SampleParams::default());
+        buttons.tick(0, 5_000_000_000);
+        buttons.tick(1, 5_001_000_000);
+        buttons.tick(0, 1_000_000_000);
+        assert_eq!((buttons.press_count, buttons.release_count), ([1, 0], [1, 0]));
     }
 
     #[test]

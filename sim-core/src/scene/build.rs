@@ -201,7 +201,7 @@ fn wound(config: &SceneConfig, patch_depth: PatchDepth) -> Result<WoundParams, S
         length: Metres::from_mm(config.wound.length_mm)?,
         gap: Metres::from_mm(config.wound.gap_mm)?,
         depth: Metres::from_mm(config.wound.depth_mm)?,
-        pairs: in_range("suture.pairs", f64::from(config.suture.pairs), 0.0, MAX_PAIRS, "0 to 16")? as u32,
+        pairs: in_range("suture.pairs", f64::from(config.suture.pairs), 1.0, MAX_PAIRS, "1 to 16")? as u32,
         bite: Metres::from_mm(config.suture.bite_mm)?,
         patch_radius: Metres::from_mm(config.suture.patch_radius_mm)?,
         patch_depth,
@@ -256,10 +256,12 @@ mod tests {
     }
 
     #[test]
-    fn more_pairs_than_a_scene_may_have_are_refused_before_the_tissue_is_built() {
-        let mut config = presets::skin();
-        config.suture.pairs = 17;
-        let expected = SceneError::Value { key: "suture.pairs", found: 17.0, allowed: "0 to 16" };
-        assert_eq!(build_tissue(&config, None).unwrap_err(), expected);
+    fn no_pair_and_more_than_a_scene_may_have_are_refused_before_the_tissue_is_built() {
+        for pairs in [0, 17] {
+            let mut config = presets::skin();
+            config.suture.pairs = pairs;
+            let expected = SceneError::Value { key: "suture.pairs", found: f64::from(pairs), allowed: "1 to 16" };
+            assert_eq!(build_tissue(&config, None).unwrap_err(), expected);
+        }
     }
 }

@@ -26,6 +26,9 @@ use super::stages::{PairFacts, pair_facts, patch_set, push_contacts, read_spring
 use super::stitching::{Stitching, left_patch, right_patch};
 use super::suturing::{HandInput, PairPlace, Side, Suturing, SuturingEvent};
 
+/// A hand farther than this from the wound is not believed, metres: lengths to it would overflow.
+const FARTHEST_HAND_M: f64 = 100.0;
+
 /// What the servo tells a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ServoInput {
@@ -128,8 +131,9 @@ impl Scene {
         self.grips.let_go(&mut self.solver);
     }
 
-    /// One step of the solver's period.
+    /// One step of the solver's period. A hand that is not finite or absurdly far counts as no hand.
     pub fn step(&mut self, servo: Option<&ServoInput>) -> StepReport {
+        let servo = servo.filter(|input| input.hand.position_m.norm() <= FARTHEST_HAND_M);
         if let Some(input) = servo {
             for event in self.suturing.advance(&input.hand, &self.places).into_iter().flatten() {
                 self.apply(event, input.hand.position_m);

@@ -137,3 +137,15 @@ fn in_paper_mode_a_held_point_shows_its_error_in_the_ledger() {
     let history = scene.ledger_rows()[0].history;
     assert!(history.control_has_acted, "the control was at work: {history:?}");
 }
+
+#[test]
+fn a_hand_that_cannot_be_is_no_hand() {
+    let mut scene = Scene::new(&presets::skin(), None).unwrap();
+    scene.step(Some(&hand(Vec3::zeros(), 0, 0)));
+    for bad in [f64::NAN, f64::INFINITY, 1e308, 1e3] {
+        scene.step(Some(&hand(Vec3::repeat(bad), 1, 0)));
+        assert_eq!(scene.suturing().stage(), Stage::Idle, "{bad}");
+        let line = scene.line().unwrap().polyline();
+        assert!(line.iter().all(|x| x.norm() < 1.0), "{bad}: {line:?}");
+    }
+}

@@ -7,6 +7,7 @@
 
 mod cli;
 mod document;
+pub mod extremes;
 mod head;
 mod page;
 mod parts;

@@ -1,0 +1,3 @@
+//! Stability where formulas say so, and sound endings where nothing else can be asked.
+
+mod extremes;
