@@ -2,6 +2,7 @@
 //!
 //! One line per part. A part gives one section or several that belong together.
 
+use super::extremes;
 use super::section::{Effort, Progress, Section};
 use super::validation;
 
@@ -39,7 +40,10 @@ pub(super) fn keys() -> Vec<&'static str> {
 }
 
 fn all() -> Vec<Part> {
-    vec![Part { keys: &["validation"], measure: |r, p| vec![validation::measure(r.effort, p)] }]
+    vec![
+        Part { keys: &["extremes"], measure: |r, p| vec![extremes::measure(r.effort, p)] },
+        Part { keys: &["validation"], measure: |r, p| vec![validation::measure(r.effort, p)] },
+    ]
 }
 
 /// Rows of scenes that were not asked for are dropped; rows that name no scene stay.

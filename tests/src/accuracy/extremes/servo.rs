@@ -229,7 +229,7 @@ impl Bare {
     fn tick(&mut self, dt_s: f64) {
         self.now_ns = self.now_ns.wrapping_add(MS);
         let mut port = TissuePort::EMPTY;
-        (port.epoch, port.capstan_ratio, port.handle_count) = (1, 1.0, 1);
+        (port.epoch, port.handle_count) = (1, 1);
         (port.valid_ns, port.publish_ns) = (self.now_ns, self.now_ns);
         let k = 300.0;
         port.handles[0] = HandlePort {
