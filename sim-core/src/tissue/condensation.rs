@@ -2,9 +2,10 @@
 //!
 //! With `A = M/H² + C/H + K` on the nodes `r` around the patch (links and pairs in `K`) and `P` the three
 //! shifts of the patch `p`: `S = Pᵀ K_pp P − Gᵀ A_rr⁻¹ G`, `G = −A_rp P`; the patch's own `M/H² + C/H` is left
-//! out. Nodes beyond the rings are held, which over-estimates `S`: the safe side. Three conjugate-gradient
-//! solves run side by side, block-Jacobi preconditioned, started from the last solution; `Gᵀ X + Xᵀ R` is
-//! never above `Gᵀ A⁻¹ G`, so an early end over-estimates too. Deliberately absent: a factorisation.
+//! out. `H` is the period, with BDF2 two thirds of it: its step resists more. Nodes beyond the rings are held, which
+//! over-estimates `S`: the safe side. Three conjugate-gradient solves run side by side, block-Jacobi preconditioned,
+//! started from the last solution; `Gᵀ X + Xᵀ R` is never above `Gᵀ A⁻¹ G`, so an early end over-estimates too.
+//! Deliberately absent: a factorisation.
 
 use crate::tissue::force::{acts, spring_stiffness};
 use crate::tissue::patch_set::PatchId;
@@ -274,7 +275,7 @@ impl PortView<'_> {
 
 /// `m/H² + c/H` of a node.
 fn own_stiffness(node: u32, view: &PortView<'_>) -> f64 {
-    let h = view.period_s;
+    let h = view.resisting_s;
     view.network.mass_kg[node as usize] / (h * h) + view.network.drag_n_s_per_m[node as usize] / h
 }
 

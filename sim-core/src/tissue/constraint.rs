@@ -10,6 +10,8 @@
 use crate::tissue::patch_set::{PatchId, PatchSet};
 use crate::vector::{Mat3, Vec3};
 
+mod implicit;
+
 /// Gauss–Seidel sweeps: pairs couple only through shared patches, where each sweep halves the error
 /// or better; 12 leave less than 1e-3 of it.
 const SWEEPS: usize = 12;
@@ -70,6 +72,8 @@ struct Pair {
     direction: Vec3,
     excess_m: f64,
     tension_n: f64,
+    /// Of the last stretch in an implicit step.
+    axial_n_per_m: f64,
 }
 
 /// How a patch gives way within one step: displacement per newton, and displacement so far.
@@ -100,7 +104,13 @@ impl Pairs {
     /// not above 0.
     pub fn push(&mut self, patches: &PatchSet, constraint: PairConstraint) -> Result<usize, PairError> {
         check(patches, &constraint)?;
-        self.pairs.push(Pair { constraint, direction: Vec3::zeros(), excess_m: 0.0, tension_n: 0.0 });
+        self.pairs.push(Pair {
+            constraint,
+            direction: Vec3::zeros(),
+            excess_m: 0.0,
+            tension_n: 0.0,
+            axial_n_per_m: 0.0,
+        });
         Ok(self.pairs.len() - 1)
     }
 

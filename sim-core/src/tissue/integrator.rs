@@ -8,7 +8,7 @@
 
 use crate::finite::is_finite;
 use crate::tissue::network::TissueState;
-use crate::tissue::{paper_explicit, semi_implicit, verlet};
+use crate::tissue::{bdf2, paper_explicit, semi_implicit, verlet};
 use crate::vector::Vec3;
 
 /// Integrators to choose from.
@@ -65,6 +65,13 @@ impl Integrator {
     #[must_use]
     pub const fn is_stable_at_any_step(self) -> bool {
         matches!(self, Self::Bdf2 | Self::Xpbd)
+    }
+
+    /// Length of the implicit Euler step that resists as a step of `h` seconds does: `h/a₀`, `a₀` the leading
+    /// coefficient of the difference quotient.
+    #[must_use]
+    pub fn resisting_step_s(self, h: f64) -> f64 {
+        if self == Self::Bdf2 { h / bdf2::LEADING } else { h }
     }
 
     /// Factors of one node for a step of `h` seconds.

@@ -14,6 +14,8 @@ use crate::tissue::network::TissueState;
 use crate::tissue::patch_set::{PatchId, PatchSet};
 use crate::vector::{Mat3, Vec3};
 
+mod implicit;
+
 /// A link of a shared follower is at most this many times as stiff as the follower's own `1/μ`. Hard links
 /// (β = 0) that contradict each other keep their overshoot, and their force is overshoot × stiffness: 100
 /// leaves 1 % of an overshoot that can be undone and keeps that force finite, as in `condensation`.

@@ -1,8 +1,10 @@
 //! Soft tissue (Zhang et al., §2.1): networks, models, integrators, regulation.
 
 pub mod area;
+mod bdf2;
 mod condensation;
 pub mod constraint;
+mod couplings;
 pub mod cut;
 pub mod energy;
 pub mod force;
@@ -15,10 +17,12 @@ mod link_solve;
 pub mod load;
 pub mod model;
 pub mod network;
+pub mod newton;
 pub mod paper_explicit;
 pub mod params;
 mod patch_select;
 pub mod patch_set;
+mod pcg;
 pub mod port;
 mod ray;
 pub mod regulation;
@@ -30,6 +34,7 @@ pub mod solver;
 pub mod solver_params;
 pub mod spring_rows;
 pub mod stability;
+mod step_matrix;
 pub mod surface;
 pub mod suture_pair;
 #[cfg(test)]

@@ -75,7 +75,8 @@ pub(crate) struct PortView<'a> {
     pub(crate) mobility_m_per_n: &'a [f64],
     pub(crate) attachments: Option<&'a Attachments>,
     pub(crate) pairs: Option<&'a Pairs>,
-    pub(crate) period_s: f64,
+    /// Period of an implicit Euler step that resists as the solver's does.
+    pub(crate) resisting_s: f64,
     pub(crate) substep_s: f64,
 }
 

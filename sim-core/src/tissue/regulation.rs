@@ -10,6 +10,7 @@
 
 use crate::kinematics::attachment::{check_relaxation, project, stiffness_from_relaxation};
 use crate::tissue::constraint::PatchResponse;
+use crate::tissue::couplings::{Active, Bond};
 use crate::tissue::link_solve::{Correction, Link, LinkTable, StepView};
 use crate::tissue::network::{SpringNetwork, TissueState};
 use crate::tissue::patch_set::{PatchId, PatchSet};
@@ -159,6 +160,24 @@ impl Attachments {
     #[must_use]
     pub fn of_patch(&self, patch: PatchId) -> Option<usize> {
         self.table.patches().iter().position(|p| *p == patch)
+    }
+
+    /// Changes when an attachment is switched.
+    pub(crate) fn engaged_mark(&self) -> u64 {
+        let on = self.engaged.iter().enumerate().filter(|(_, e)| **e == Engagement::Engaged);
+        on.fold(0, |mark, (index, _)| mark * 31 + index as u64 + 1)
+    }
+
+    /// Tensions of the engaged attachments at given positions, for an implicit step.
+    pub(crate) fn stretch(&mut self, patches: &PatchSet, position_m: &[Vec3], bound: &[f64], active: &mut Active) {
+        for attachment in (0..self.engaged.len()).filter(|&a| self.engaged[a] == Engagement::Engaged) {
+            self.table.stretch(attachment, patches, position_m, bound, active);
+        }
+    }
+
+    /// Follower and spring of each link of an attachment that pulls, for an implicit step.
+    pub(crate) fn bonds(&self, attachment: usize) -> impl Iterator<Item = (u32, Bond)> {
+        self.table.bonds(attachment)
     }
 
     /// Patch of an attachment.

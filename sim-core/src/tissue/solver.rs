@@ -224,6 +224,7 @@ impl TissueSolver {
         for &node in self.patches.nodes(patch) {
             self.state.position_m[node as usize] += shift_m;
         }
+        self.scheme.forget();
     }
 
     /// The tissue as a handle feels it until the next step; `None` for a handle not in use.
@@ -238,7 +239,7 @@ impl TissueSolver {
             mobility_m_per_n: &self.mobility_m_per_n,
             attachments: stages.attachments.as_ref(),
             pairs: stages.pairs.as_ref(),
-            period_s: params.period_s,
+            resisting_s: params.integrator.resisting_step_s(params.period_s),
             substep_s,
         };
         Some(self.ports[slot.0].measure(handle, &view, &params.port))
@@ -247,10 +248,12 @@ impl TissueSolver {
     /// Factors and mobilities of all nodes for the current sub-step and handles; the scheme starts again.
     fn refresh_mobility(&mut self) {
         let h = self.stability.substep_s();
+        let resisting_s = self.params.integrator.resisting_step_s(h);
         for node in 0..self.network.node_count() {
             let (m, c) = (self.network.mass_kg[node], self.network.drag_n_s_per_m[node]);
             let moves = self.network.fixed[node] == 0;
-            self.factors[node] = if moves { self.params.integrator.factors(m, c, h) } else { NodeFactors::default() };
+            self.factors[node] =
+                if moves { self.params.integrator.factors(m, c, resisting_s) } else { NodeFactors::default() };
         }
         for handle in self.handles.iter().flatten() {
             for &node in self.patches.nodes(handle.patch) {
@@ -258,7 +261,7 @@ impl TissueSolver {
             }
         }
         for (mobility, factors) in self.mobility_m_per_n.iter_mut().zip(&self.factors) {
-            *mobility = factors.gain_s_per_kg * h;
+            *mobility = factors.gain_s_per_kg * resisting_s;
         }
         for (patch, mobility) in self.patch_mobility_m_per_n.iter_mut().enumerate() {
             *mobility = self.patches.mobility(PatchId(patch as u32), &self.mobility_m_per_n);

@@ -7,6 +7,7 @@
 use crate::finite::is_finite;
 use crate::tissue::integrator::Integrator;
 use crate::tissue::network::{SpringFamily, SpringNetwork, TissueState};
+use crate::tissue::newton::NewtonParams;
 use crate::tissue::port::PortParams;
 use crate::tissue::stability::{
     Stability, SubstepReason, TARGET_NUMBER, Tangent, fewest_substeps, lambda_max, stability_number,
@@ -45,6 +46,8 @@ pub struct SolverParams {
     pub displacement_limit_spacings: f64,
     /// Farthest a handle moves in one period, in mesh spacings: a hand at 0.8 m/s on a 2 mm mesh at 5 ms.
     pub handle_limit_spacings: f64,
+    /// How far the steps of BDF2 are solved.
+    pub newton: NewtonParams,
     /// Sweeps over all springs per sub-step of XPBD.
     pub xpbd_iterations: u32,
     /// The ports of the handles.
@@ -61,6 +64,7 @@ impl SolverParams {
             substeps: SubstepPolicy::Automatic { max: 64 },
             displacement_limit_spacings: 0.5,
             handle_limit_spacings: 2.0,
+            newton: NewtonParams::default(),
             xpbd_iterations: 1,
             port: PortParams::default(),
         }
@@ -78,6 +82,8 @@ impl SolverParams {
             ("handle limit", self.handle_limit_spacings),
             ("trust radius of the port", p.trust_radius_m),
             ("tolerance of the port", p.tolerance),
+            ("tolerance of Newton's method", self.newton.tolerance),
+            ("tolerance of the linear solve", self.newton.linear_tolerance),
         ];
         if let Some(&(what, value)) = positive.iter().find(|(_, v)| !(v.is_finite() && *v > 0.0)) {
             return Err(SolverError::Value { what, value });
@@ -89,8 +95,13 @@ impl SolverParams {
         if count == 0 {
             return Err(SolverError::Value { what: "number of sub-steps", value: 0.0 });
         }
-        if self.xpbd_iterations == 0 {
-            return Err(SolverError::Value { what: "number of XPBD sweeps", value: 0.0 });
+        let counts = [
+            ("number of XPBD sweeps", self.xpbd_iterations),
+            ("number of Newton iterations", self.newton.iterations),
+            ("number of linear iterations", self.newton.max_linear_iterations),
+        ];
+        if let Some(&(what, _)) = counts.iter().find(|(_, count)| *count == 0) {
+            return Err(SolverError::Value { what, value: 0.0 });
         }
         Ok(())
     }
@@ -107,9 +118,6 @@ pub enum SolverError {
         /// Its value.
         value: f64,
     },
-    /// An integrator that this build cannot run.
-    #[error("the integrator {} is not available; choose semi_implicit, verlet or paper_explicit", .0.name())]
-    Unavailable(Integrator),
     /// Patches of another network.
     #[error("a patch names a node beyond the {0} nodes of the network; build the patches from this network")]
     Patches(usize),
@@ -156,9 +164,6 @@ pub(crate) fn assess(
     position_m: &[Vec3],
     params: &SolverParams,
 ) -> Result<Stability, SolverError> {
-    if params.integrator == Integrator::Bdf2 {
-        return Err(SolverError::Unavailable(params.integrator));
-    }
     let tangent = Tangent::at(network, position_m);
     let (integrator, period_s) = (params.integrator, params.period_s);
     let number_of = |n: u32| stability_number(&tangent, network, integrator, period_s / f64::from(n));

@@ -6,12 +6,14 @@
 //! Deliberately absent: the formulas, which are in the files of the schemes.
 
 use super::{Stages, StepReport, TissueSolver};
+use crate::tissue::bdf2::Surroundings;
 use crate::tissue::constraint::PatchResponse;
 use crate::tissue::handle::MAX_HANDLES;
 use crate::tissue::integrator::{AdvanceCounts, advance};
 use crate::tissue::link_solve::{Correction, StepView};
 use crate::tissue::network::TissueState;
 use crate::tissue::patch_set::PatchId;
+use crate::tissue::regulation::RegulationMode;
 use crate::tissue::scheme::Scheme;
 use crate::vector::Vec3;
 
@@ -50,6 +52,11 @@ impl TissueSolver {
                     staggered.advance(&self.factors, &self.force_n, &mut self.state, h, limit_m)
                 }
                 Scheme::Xpbd(_) => self.project_springs(stages, h, limit_m, &ways, fraction),
+                Scheme::Bdf2(_) => {
+                    self.place_handles(&ways, fraction);
+                    self.solve_implicit(stages, h, limit_m, &mut report);
+                    continue;
+                }
             };
             report.saturated += counts.saturated;
             report.contained += counts.contained;
@@ -97,7 +104,7 @@ impl TissueSolver {
         if let Scheme::Xpbd(springs) = &mut self.scheme {
             springs.remember(&self.state.position_m);
         }
-        let mut counts = advance(&self.factors, &self.force_n, &mut self.state, h, f64::INFINITY);
+        let mut counts = advance(&self.factors, &self.force_n, &mut self.state, h, limit_m);
         counts.contained += unusable;
         self.place_handles(ways, fraction);
         let Self { scheme: Scheme::Xpbd(springs), network, mobility_m_per_n, state, params, .. } = self else {
@@ -105,7 +112,41 @@ impl TissueSolver {
         };
         springs.project(network, mobility_m_per_n, &mut state.position_m, params.xpbd_iterations);
         let end = springs.close(mobility_m_per_n, state, h, limit_m);
-        AdvanceCounts { saturated: end.saturated, contained: counts.contained + end.contained }
+        let (saturated, contained) = (counts.saturated + end.saturated, counts.contained + end.contained);
+        AdvanceCounts { saturated, contained }
+    }
+
+    /// BDF2: springs, loads, attachments and pairs in one solve; literal attachments are projected after it.
+    fn solve_implicit(&mut self, stages: &mut Stages, h: f64, limit_m: f64, report: &mut StepReport) {
+        self.force_n.fill(Vec3::zeros());
+        if let Some(loads) = &stages.loads {
+            report.contained += loads.add(&self.patches, &mut self.force_n);
+        }
+        let Self { scheme: Scheme::Bdf2(bdf2), network, rows, patches, mobility_m_per_n, state, params, .. } = self
+        else {
+            return;
+        };
+        let (spacing_m, params) = (self.spacing_m, &params.newton);
+        let around = Surroundings { network, rows, patches, mobility_m_per_n, params, h, limit_m, spacing_m };
+        let (counts, solved) = bdf2.step(&around, state, &mut self.force_n, stages);
+        report.saturated += counts.saturated;
+        report.contained += counts.contained;
+        report.coincident = solved.coincident;
+        report.half_springs += network.half_edges.neighbour.len() as u64 * u64::from(solved.sweeps);
+        report.linear_iterations += solved.linear_iterations;
+        (report.links, report.pairs) = (solved.active.links, solved.active.pairs);
+        if let Some(attachments) = &mut stages.attachments
+            && matches!(attachments.mode(), RegulationMode::Paper(_))
+        {
+            let view = StepView { patches, mobility_m_per_n, h, limit_m };
+            let done = attachments.close(&view, state, &self.responses);
+            report.links = done.acting;
+            report.saturated += done.saturated;
+            report.contained += done.contained;
+            if done.acting > 0 {
+                bdf2.forget();
+            }
+        }
     }
 
     /// Attachments and pairs at the end of a sub-step.

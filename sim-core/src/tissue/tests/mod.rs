@@ -5,6 +5,7 @@
 //! Deliberately absent: the scenes; these nets are as small as the claim allows.
 
 mod handle;
+mod implicit;
 mod order;
 mod pair;
 mod port;

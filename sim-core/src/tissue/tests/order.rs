@@ -7,6 +7,7 @@
 use crate::tissue::handle::HandleSlot;
 use crate::tissue::integrator::Integrator;
 use crate::tissue::network::{Spring, SpringFamily, SpringNetwork};
+use crate::tissue::newton::NewtonParams;
 use crate::tissue::patch_set::PatchId;
 use crate::tissue::solver::{Stages, TissueSolver};
 use crate::tissue::solver_params::{SolverParams, SubstepPolicy};
@@ -38,6 +39,7 @@ fn solver(integrator: Integrator, drag: f64, period_s: f64, substeps: u32) -> Ti
         integrator,
         substeps: SubstepPolicy::Demanded(substeps),
         displacement_limit_spacings: 10.0,
+        newton: NewtonParams::reference(),
         ..SolverParams::with_period(period_s)
     };
     let mut solver = TissueSolver::new(network, patches, params).unwrap();
@@ -77,6 +79,7 @@ fn each_integrator_has_its_order_on_the_damped_oscillator() {
         (Integrator::SemiImplicit, 1.0, 0.05),
         (Integrator::PaperExplicit, 1.0, 0.05),
         (Integrator::Verlet, 2.0, 0.02),
+        (Integrator::Bdf2, 2.0, 0.05),
         (Integrator::Xpbd, 1.0, 0.05),
     ] {
         for (periods, substeps) in [(800, 1), (100, 8)] {
