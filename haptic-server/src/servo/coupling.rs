@@ -4,8 +4,9 @@
 //! says which handle is in use and how; a handle that comes into use starts at the port's x*, v*, and a held one keeps the
 //! offset o = x_d − x* of its capture, so that taking a point never makes a force. A handle that stays in use through a
 //! new epoch keeps its own state, and its anchor is blended over 10 ms. Force on the hand = −(coupling force), never the
-//! solver's own force. Metres, newtons, scene frame.
-//! Deliberately absent: gains and limits (safety), the age of ports (ladder), a second device.
+//! solver's own force. A gain below 1 (ramp, decay, stop) weakens the coupling itself, Kvc, Bvc and the line's k and b, not
+//! what the hand is told of it: at every gain the tissue is pulled by what the hand feels. Metres, newtons, scene frame.
+//! Deliberately absent: limits (safety), the age of ports (ladder), a second device.
 
 use crate::servo::ladder::Rung;
 use crate::servo::params::CouplingParams;
@@ -15,7 +16,7 @@ use protocol::tissue_port::{
 };
 use sim_core::kinematics::coupling::{self, StylusState};
 use sim_core::kinematics::integrate::{KinematicsForm, NodeState};
-use sim_core::kinematics::line_pull::{LineParams, measure};
+use sim_core::kinematics::line_pull::{LineParams, measure, pull};
 use sim_core::kinematics::literal_tick::{tick_held_literal, tick_pulled_literal};
 use sim_core::kinematics::port_tick::{AffinePort, PortRung, TickFlags, tick_held, tick_pulled};
 use sim_core::vector::{Mat3, Vec3};
@@ -148,9 +149,39 @@ impl Handles {
         }
     }
 
-    /// One tick; gives the force on the hand at full gain.
-    pub fn tick(&mut self, stylus: StylusState, rung: Rung, dt_s: f64) -> Vec3 {
+    /// The force that the coupling would have now at full gain, newtons: what a start must wait to become small.
+    #[must_use]
+    pub fn full_force_n(&self, stylus: StylusState) -> f64 {
+        let [near, partner] = &self.handles;
+        match (near.mode, partner.mode, self.line(1.0)) {
+            (HANDLE_HELD, _, _) => {
+                coupling::coupling_force(self.coupling(1.0), stylus, near.offset_m, near.node).norm()
+            }
+            (HANDLE_PULLED, HANDLE_LINKED, Some(line)) => pull(&line, stylus, near.node, partner.node).0,
+            _ => 0.0,
+        }
+    }
+
+    fn coupling(&self, gain: f64) -> coupling::CouplingParams {
+        coupling::CouplingParams {
+            stiffness_n_per_m: self.params.stiffness_n_per_m * gain,
+            damping_n_s_per_m: self.params.damping_n_s_per_m * gain,
+        }
+    }
+
+    fn line(&self, gain: f64) -> Option<LineParams> {
+        self.context.map(|context| LineParams {
+            stiffness_n_per_m: self.params.line_stiffness_n_per_m * gain,
+            damping_n_s_per_m: self.params.line_damping_n_s_per_m * gain,
+            rest_length_m: context.line_rest_length_m,
+            friction: context.line_friction,
+        })
+    }
+
+    /// One tick with a coupling of this gain, 0 to 1; gives the force on the hand.
+    pub fn tick(&mut self, stylus: StylusState, rung: Rung, gain: f64, dt_s: f64) -> Vec3 {
         self.last_rung = rung;
+        let (coupling, line) = (self.coupling(gain), self.line(gain));
         let port_rung = match rung {
             Rung::Affine => PortRung::Affine,
             Rung::OneRing => PortRung::OneRing,
@@ -163,16 +194,12 @@ impl Handles {
         }
         let form = self.context.map_or(KinematicsForm::default(), |c| c.form);
         let [near, partner] = &mut self.handles;
-        match (near.mode, partner.mode) {
-            (HANDLE_HELD, _) => near.tick_held(&self.params, stylus, port_rung, form, dt_s),
-            (HANDLE_PULLED, HANDLE_LINKED) => {
-                let Some(context) = self.context else { return Vec3::zeros() };
-                let line = LineParams {
-                    stiffness_n_per_m: self.params.line_stiffness_n_per_m,
-                    damping_n_s_per_m: self.params.line_damping_n_s_per_m,
-                    rest_length_m: context.line_rest_length_m,
-                    friction: context.line_friction,
-                };
+        match (near.mode, partner.mode, line) {
+            (HANDLE_HELD, _, _) => {
+                let anchor = near.blended(self.params.blend_s);
+                near.tick_held(coupling, &anchor, stylus, port_rung, form, dt_s)
+            }
+            (HANDLE_PULLED, HANDLE_LINKED, Some(line)) => {
                 let anchors = (near.blended(self.params.blend_s), partner.blended(self.params.blend_s));
                 let tick = match form {
                     KinematicsForm::ImplicitDrag => tick_pulled,
@@ -226,22 +253,18 @@ impl Handle {
 
     fn tick_held(
         &mut self,
-        params: &CouplingParams,
+        coupling: coupling::CouplingParams,
+        anchor: &AffinePort,
         stylus: StylusState,
         rung: PortRung,
         form: KinematicsForm,
         dt_s: f64,
     ) -> Vec3 {
-        let coupling = coupling::CouplingParams {
-            stiffness_n_per_m: params.stiffness_n_per_m,
-            damping_n_s_per_m: params.damping_n_s_per_m,
-        };
-        let anchor = self.blended(params.blend_s);
         let tick = match form {
             KinematicsForm::ImplicitDrag => tick_held,
             KinematicsForm::Literal => tick_held_literal,
         };
-        let out = tick(self.node, &anchor, stylus, self.offset_m, coupling, rung, dt_s);
+        let out = tick(self.node, anchor, stylus, self.offset_m, coupling, rung, dt_s);
         self.settle(out.node, out.applied_force_n, out.flags, stylus.position_m);
         out.device_force_n
     }

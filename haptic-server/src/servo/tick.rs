@@ -2,8 +2,8 @@
 //!
 //! device sample → gate → button edges → ladder → coupling → force → state machine → safety → observer → `servo_state`.
 //! `thread.rs` calls it live, lockstep calls it against a virtual clock: equal inputs give equal bits.
-//! The gain on the force is the product of what state machine, ladder, samples and a stop order allow; it is applied
-//! before the safety stage, which has the last word. Metres, newtons, seconds, scene frame.
+//! The gain is the product of what state machine, ladder, samples and a stop order allow; it weakens the coupling, so that
+//! the tissue feels no more than the hand. The safety stage behind it has the last word. Metres, newtons, seconds, scene frame.
 //! Deliberately absent: a second device (handles 2 and 3 of the message stay free).
 
 use crate::device::HandView;
@@ -111,21 +111,20 @@ impl Servo {
         if self.gives_no_force(step.rung) {
             self.handles.slip(stylus.position_m);
         }
-        let wanted = match answer.sample {
-            Some(_) => self.handles.tick(stylus, step.rung, dt_s),
-            None => Vec3::zeros(),
-        };
-        self.tell_handles(&mut news);
-
         let situation = Situation {
             fault: self.fault(input.wakefulness, answer.fault),
             link: link(answer.sample, step.rung),
-            wanted_n: wanted.norm(),
+            wanted_n: answer.sample.map_or(0.0, |_| self.handles.full_force_n(stylus)),
             operator,
         };
         self.move_machine(&situation, dt_s, &mut news);
         let gain = self.machine.gain() * step.gain * answer.gain * self.stop_gain(input.orders.stop, dt_s, &mut news);
-        let released = self.stage.release(wanted * gain, dt_s);
+        let wanted = match answer.sample {
+            Some(_) => self.handles.tick(stylus, step.rung, gain, dt_s),
+            None => Vec3::zeros(),
+        };
+        self.tell_handles(&mut news);
+        let released = self.stage.release(wanted, dt_s);
         self.verdict = released.verdict;
         if let Some(sample) = answer.sample {
             self.observer.measure(sample.position_m, released.command.force_n);

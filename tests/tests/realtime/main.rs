@@ -8,5 +8,6 @@ mod determinism;
 mod faults;
 mod ladder;
 mod no_allocation;
+mod ramp;
 mod rig;
 mod room;
