@@ -68,6 +68,10 @@ pub struct RunSummary {
     pub stitches: u32,
     /// Suture points that the hand took.
     pub points_taken: u32,
+    /// How often the hand gripped.
+    pub grips: u32,
+    /// Grips that took a suture point or the line.
+    pub grips_used: u32,
     /// Largest ER of the ledger.
     pub er_max: f64,
     /// Solver steps done.
@@ -198,8 +202,10 @@ impl fmt::Display for RunSummary {
         )?;
         writeln!(
             f,
-            "suturing         {} stitches, {} points taken, largest ER {:.2} %",
+            "suturing         {} stitches, {} of {} grips took a point, {} points taken, largest ER {:.2} %",
             self.stitches,
+            self.grips_used,
+            self.grips,
             self.points_taken,
             100.0 * self.er_max
         )?;
@@ -261,6 +267,8 @@ mod tests {
             "version",
             "sample_to_force_ns",
             "points_taken",
+            "grips",
+            "grips_used",
             "solver_restarts",
             "hand",
             "registration",

@@ -73,6 +73,10 @@ pod! {
         pub command_result: u32,
         /// Points of the hand that were taken so far.
         pub points_taken: u32,
+        /// Presses that took a suture point or the line, also one that was taken before.
+        pub grips_used: u32,
+        /// Zero.
+        pub reserved: u32,
         /// Solver steps done.
         pub solver_steps: u64,
         /// Simulated seconds.

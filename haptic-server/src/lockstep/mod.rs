@@ -96,6 +96,8 @@ pub fn run(job: LockstepJob<'_>) -> Result<RunSummary, ServerError> {
         net_energy_to_hand_j: state.energy_to_hand_j,
         stitches: trace.report.row_count,
         points_taken: trace.report.points_taken,
+        grips: state.devices[0].press_count[0],
+        grips_used: trace.report.grips_used,
         er_max: trace.report.er_max,
         solver_steps: trace.report.solver_steps,
         integrator: integrator_name(trace.report.integrator).to_owned(),

@@ -35,6 +35,8 @@ pub(super) fn summary(facts: Facts, end: &LoopEnd, wound: Option<&WoundReport>) 
         net_energy_to_hand_j: end.state.energy_to_hand_j,
         stitches: wound.map_or(0, |w| w.row_count),
         points_taken: wound.map_or(0, |w| w.points_taken),
+        grips: end.state.devices[0].press_count[0],
+        grips_used: wound.map_or(0, |w| w.grips_used),
         er_max: wound.map_or(0.0, |w| w.er_max),
         solver_steps: wound.map_or(0, |w| w.solver_steps),
         integrator: wound.map_or("none", |w| integrator_name(w.integrator)).to_owned(),

@@ -264,6 +264,7 @@ impl SolverSession {
         report.substeps = stability.substeps;
         report.stability_number = stability.number;
         report.points_taken = self.procedure.points_taken();
+        report.grips_used = self.procedure.grips_used();
         report.solver_steps = self.procedure.total_steps();
         report.sim_time_s = self.procedure.total_steps() as f64 * scene.solver().params().period_s;
         report.row_count = 0;

@@ -111,6 +111,7 @@ fn wound_report() -> Value {
         "command_sequence",
         "command_result",
         "points_taken",
+        "grips_used",
         "solver_steps",
         "step_time_ns",
         "step_time_max_ns",

@@ -116,6 +116,12 @@ impl Procedure {
         self.scenes.iter().map(|s| s.suturing().points_taken()).sum()
     }
 
+    /// Presses that took something, in all scenes.
+    #[must_use]
+    pub fn grips_used(&self) -> u32 {
+        self.scenes.iter().map(|s| s.suturing().grips_used()).sum()
+    }
+
     /// Table 1 of all scenes in order: a scene that was left stays as it was then.
     pub fn rows(&self) -> impl Iterator<Item = ProcedureRow> + '_ {
         self.scenes.iter().flat_map(|scene| {

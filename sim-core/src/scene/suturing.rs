@@ -111,6 +111,7 @@ pub struct Suturing {
     drags: usize,
     tied: Vec<bool>,
     points_taken: u32,
+    grips_used: u32,
     seen: Option<(u32, u32)>,
     capture_radius_m: f64,
 }
@@ -126,6 +127,7 @@ impl Suturing {
             drags: 0,
             tied: vec![false; pairs],
             points_taken: 0,
+            grips_used: 0,
             seen: None,
             capture_radius_m,
         }
@@ -158,16 +160,22 @@ impl Suturing {
         self.points_taken
     }
 
+    /// Presses that took something: a point, the line again, or a tied point.
+    #[must_use]
+    pub fn grips_used(&self) -> u32 {
+        self.grips_used
+    }
+
     /// How often a tied point was dragged and let go.
     #[must_use]
     pub fn drags(&self) -> usize {
         self.drags
     }
 
-    /// Back to the start; only the count of points taken goes on. What the hand did meanwhile is not made up for.
+    /// Back to the start; only the counts of points and grips go on. What the hand did meanwhile is not made up for.
     pub fn restart(&mut self) {
         let fresh = Self::new(self.tied.len(), self.capture_radius_m);
-        *self = Self { points_taken: self.points_taken, ..fresh };
+        *self = Self { points_taken: self.points_taken, grips_used: self.grips_used, ..fresh };
     }
 
     /// The pair and side that the hand should reach for next. After the last stitch: the tied right
@@ -187,7 +195,11 @@ impl Suturing {
     pub fn advance(&mut self, hand: &HandInput, places: &[PairPlace]) -> [Option<SuturingEvent>; 2] {
         let was_down = self.seen.is_some_and(|(p, r)| p != r);
         let (presses, releases) = self.edges(hand);
-        let press = |s: &mut Self| if presses > 0 { s.press(hand.position_m, places) } else { None };
+        let press = |s: &mut Self| {
+            let taken = if presses > 0 { s.press(hand.position_m, places) } else { None };
+            s.grips_used += u32::from(taken.is_some());
+            taken
+        };
         if was_down {
             let released = if releases > 0 { self.release(places) } else { None };
             return [released, press(self)];

@@ -8,6 +8,7 @@ mod eq2;
 mod eq3;
 mod fig8;
 mod mechanics;
+mod readings;
 mod table1;
 mod table2;
 mod tissue_rig;

@@ -34,6 +34,8 @@ fn a_stitch_goes_left_right_pull_tie() {
     assert_eq!(s.advance(&at(open[0].right_m, 3, 2), &open)[0], Some(SuturingEvent::LineTaken(0)));
     assert_eq!(s.advance(&at(open[0].right_m, 3, 3), &places(0.003))[0], Some(SuturingEvent::Tied(0)));
     assert_eq!((s.stage(), s.stitches(), s.pair(), s.points_taken()), (Stage::Idle, 1, 1, 2));
+    // Left, right, and the line once more.
+    assert_eq!(s.grips_used(), 3);
 }
 
 #[test]

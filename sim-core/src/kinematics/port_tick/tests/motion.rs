@@ -109,3 +109,86 @@ fn a_hand_on_a_closed_path_never_gains_energy_from_a_tick() {
         }
     }
 }
+
+/// Lets the stylus pull and recoil on a closed path; gives the energy that the hand got per cycle, the largest tension, the share
+/// that friction took, and the least power of friction in any tick.
+fn cycles(friction: f64, count: usize) -> (Vec<f64>, f64, f64, f64) {
+    let make = |x: f64| AffinePort {
+        position_m: Vec3::new(x, 0.0, 0.0),
+        force_n: Vec3::zeros(),
+        stiffness_n_per_m: Mat3::identity() * 300.0,
+        ..port()
+    };
+    let (right_port, left_port) = (make(0.004), make(-0.004));
+    let line = LineParams { friction, rest_length_m: 0.028, ..LINE };
+    let rest = |x: f64| NodeState { position_m: Vec3::new(x, 0.0, 0.0), velocity_m_per_s: Vec3::zeros() };
+    let (mut right, mut left) = (rest(0.004), rest(-0.004));
+    let (ticks, mut to_hand) = (1000_usize, Vec::new());
+    let (mut most_n, mut taken_j, mut least_w) = (0.0_f64, 0.0, f64::INFINITY);
+    for cycle in 0..count {
+        let mut energy_j = 0.0;
+        for tick in 0..ticks {
+            let phase = TAU * (cycle * ticks + tick) as f64 / ticks as f64;
+            // From slack to 8 mm beyond the rest length, on an ellipse, so that the bend changes too.
+            let stylus = StylusState {
+                position_m: Vec3::new(0.004 + 0.006 * phase.sin(), 0.0, 0.022 - 0.006 * phase.cos()),
+                velocity_m_per_s: Vec3::new(0.006 * phase.cos(), 0.0, 0.006 * phase.sin()) * TAU,
+            };
+            let geometry = measure(stylus.position_m, right.position_m, left.position_m);
+            let out = tick_pulled((right, &right_port), (left, &left_port), stylus, &line, PortRung::Affine, DT);
+            (right, left) = (out.right, out.left);
+            energy_j += out.device_force_n.dot(&stylus.velocity_m_per_s) * DT;
+            let speed = geometry.sliding_speed_m_per_s(right.velocity_m_per_s, left.velocity_m_per_s);
+            let power_w = (out.tension_n - out.link_force_n.norm() / geometry.towards_left.norm()) * speed;
+            least_w = least_w.min(power_w);
+            taken_j += power_w * DT;
+            most_n = most_n.max(out.tension_n);
+        }
+        to_hand.push(energy_j);
+    }
+    (to_hand, most_n, taken_j / count as f64, least_w)
+}
+
+#[test]
+fn eq3_friction_of_the_line_takes_energy_whichever_way_it_slides() {
+    let (smooth, smooth_n, nothing_j, _) = cycles(0.0, 4);
+    let (rough, rough_n, taken_j, least_w) = cycles(0.3, 4);
+    assert!(smooth_n > 0.8 && rough_n > smooth_n, "{smooth_n} N, {rough_n} N");
+    assert!(nothing_j.abs() < 1e-15, "{nothing_j} J without friction");
+    // Microwatts: what is left where the speed changes its sign within a tick.
+    assert!(taken_j > 1e-5 && least_w > -1e-6, "{taken_j} J per cycle, at least {least_w} W");
+    for (cycle, (smooth_j, rough_j)) in smooth.iter().zip(&rough).enumerate() {
+        assert!(*smooth_j < 0.0 && *rough_j < 0.0, "cycle {cycle}: {smooth_j} J, {rough_j} J to the hand");
+        assert!(rough_j < smooth_j, "cycle {cycle}: friction costs the hand {smooth_j} J against {rough_j} J");
+    }
+}
+
+#[test]
+fn eq3_friction_holds_a_gap_that_is_still() {
+    // Pulled with 1 N and let back to 0.8 N: within the cone e^{±μθ} the gap stays, without friction it opens by a fifth.
+    let gap_after = |friction: f64| {
+        let make = |x: f64| AffinePort {
+            position_m: Vec3::new(x, 0.0, 0.0),
+            force_n: Vec3::zeros(),
+            stiffness_n_per_m: Mat3::identity() * 300.0,
+            ..port()
+        };
+        let (right_port, left_port) = (make(0.004), make(-0.004));
+        let line = LineParams { friction, rest_length_m: 0.028, ..LINE };
+        let (mut right, mut left) = (node(0.004, 0.0, 0.0), node(-0.004, 0.0, 0.0));
+        let mut gap_m = [0.0; 2];
+        for (stop, height) in [0.030, 0.0292].into_iter().enumerate() {
+            let stylus = StylusState { position_m: Vec3::new(0.004, 0.0, height), velocity_m_per_s: Vec3::zeros() };
+            for _ in 0..500 {
+                let out = tick_pulled((right, &right_port), (left, &left_port), stylus, &line, PortRung::Affine, DT);
+                (right, left) = (out.right, out.left);
+            }
+            gap_m[stop] = (right.position_m - left.position_m).norm();
+        }
+        gap_m[1] - gap_m[0]
+    };
+    let (free, held) = (gap_after(0.0), gap_after(0.3));
+    // Half a second at the held speed.
+    assert!(held < 0.5 * crate::kinematics::capstan::HELD_SPEED_M_PER_S, "{held} m with friction");
+    assert!(free > 4.0 * held.max(5e-5), "{free} m without friction");
+}
