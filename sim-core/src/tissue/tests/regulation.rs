@@ -16,6 +16,10 @@ use crate::tissue::solver::{Stages, TissueSolver};
 use crate::tissue::solver_params::{SolverParams, SubstepPolicy};
 use crate::vector::Vec3;
 
+/// Share of the impulse exchanged that shared followers of two free points may lose or gain: the points are moved with the
+/// tensions that each would have alone with its followers.
+const SHARED_DEFECT: f64 = 0.05;
+
 const LITERAL: RegulationMode = RegulationMode::Paper(ProjectedVelocity::Literal);
 const PAPER: RegulationMode = RegulationMode::Paper(ProjectedVelocity::Corrected);
 const COMPLIANT: RegulationMode = RegulationMode::Compliant { reference_step_s: 1e-3 };
@@ -259,6 +263,39 @@ fn a_free_suture_point_takes_the_reaction_so_that_momentum_stays() {
         // Rounding of some hundred corrections, relative to the momentum.
         assert!((after - before).norm() < 1e-11 * before.norm(), "beta {beta}: {before} became {after}");
     }
+}
+
+#[test]
+fn followers_of_two_free_points_leave_a_bounded_momentum_defect() {
+    // Two free points 20 mm apart, unlike in speed; their spheres of 14 mm overlap.
+    let net = Net { drag_n_s_per_m: 0.0, ..SKIN };
+    let network = dust(&net.build().rest_m, 1e-3, 0.0);
+    let patches = even_patches(network.node_count(), &[net.plus(3, 5), net.plus(7, 5)]);
+    let spec = |p: u32, i: usize| AttachmentSpec { patch: PatchId(p), followers: net.followers(i, 5, 14e-3) };
+    let mut worst = 0.0_f64;
+    for beta in [0.0, 0.4, 0.8] {
+        let mut stages = engaged(&network, &patches, &[spec(0, 3), spec(1, 7)], beta, COMPLIANT);
+        let mut solver = TissueSolver::new(network.clone(), patches.clone(), SolverParams::with_period(1e-3)).unwrap();
+        let mut state = solver.state().clone();
+        for (patch, speed) in [(0, Vec3::new(-0.3, 0.1, 0.2)), (1, Vec3::new(0.5, -0.1, 0.0))] {
+            for &node in patches.nodes(PatchId(patch)) {
+                state.velocity_m_per_s[node as usize] = speed;
+            }
+        }
+        solver.reset(&state).unwrap();
+        let before = momentum_n_s(&network, &state);
+        let (mut impulse, mut last) = (0.0, state);
+        for _ in 0..100 {
+            solver.step(&mut stages);
+            let changes = solver.state().velocity_m_per_s.iter().zip(&last.velocity_m_per_s);
+            impulse += 0.5 * changes.map(|(v, u)| 1e-3 * (v - u).norm()).sum::<f64>();
+            last = solver.state().clone();
+        }
+        let defect = (momentum_n_s(&network, &last) - before).norm() / impulse;
+        println!("beta {beta}: {defect:.4} of the impulse exchanged");
+        worst = worst.max(defect);
+    }
+    assert!(worst < SHARED_DEFECT, "{worst}");
 }
 
 #[test]

@@ -153,7 +153,7 @@ fn cycles(friction: f64, count: usize) -> (Vec<f64>, f64, f64, f64) {
 fn eq3_friction_of_the_line_takes_energy_whichever_way_it_slides() {
     let (smooth, smooth_n, nothing_j, _) = cycles(0.0, 4);
     let (rough, rough_n, taken_j, least_w) = cycles(0.3, 4);
-    assert!(smooth_n > 0.8 && rough_n > smooth_n, "{smooth_n} N, {rough_n} N");
+    assert!(smooth_n > 0.7 && rough_n > smooth_n, "{smooth_n} N, {rough_n} N");
     assert!(nothing_j.abs() < 1e-15, "{nothing_j} J without friction");
     // Microwatts: what is left where the speed changes its sign within a tick.
     assert!(taken_j > 1e-5 && least_w > -1e-6, "{taken_j} J per cycle, at least {least_w} W");
