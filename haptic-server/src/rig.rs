@@ -8,6 +8,7 @@
 use crate::cli::choice::{DeviceChoice, HandChoice, HandSide};
 use crate::convert;
 use crate::device::frame::SceneFromDevice;
+use crate::device::openhaptics::OpenHaptics;
 use crate::device::replay::ReplayDevice;
 use crate::device::simulated::{SimulatedDevice, SimulatedDeviceParams};
 use crate::device::{Device, PulledDevice};
@@ -16,7 +17,7 @@ use crate::hand::recorded::RecordedHand;
 use crate::hand::registration::{Registration, ScaleRule, WoundPlace};
 use crate::hand::resample::AtEnd;
 use crate::hand::synthetic::{SyntheticHand, SyntheticHandParams};
-use crate::hand::{HandFileFault, csv};
+use crate::hand::{Hand, HandFileFault, csv};
 use crate::servo_link::RunLength;
 use sim_core::vector::Vec3;
 use std::path::Path;
@@ -35,6 +36,8 @@ pub struct RigChoice<'a> {
     pub side: HandSide,
     /// Whether a recording repeats.
     pub length: RunLength,
+    /// The OpenHaptics library, if it is not the system's.
+    pub library: Option<&'a Path>,
 }
 
 /// A device, ready to run.
@@ -43,6 +46,8 @@ pub enum RigDevice {
     Simulated(Box<SimulatedDevice>),
     /// Open-loop replay.
     Replay(Box<ReplayDevice>),
+    /// A real Omni or Touch.
+    OpenHaptics(Box<OpenHaptics>),
 }
 
 /// Device and what is known about its hand.
@@ -62,14 +67,16 @@ impl RigDevice {
         match self {
             Self::Simulated(device) => device,
             Self::Replay(device) => device,
+            Self::OpenHaptics(device) => device,
         }
     }
 
-    /// As a device that is asked once per tick.
-    pub fn pulled(&mut self) -> &mut dyn PulledDevice {
+    /// As a device that is asked once per tick; `None`: it owns its clock.
+    pub fn pulled(&mut self) -> Option<&mut dyn PulledDevice> {
         match self {
-            Self::Simulated(device) => device.as_mut(),
-            Self::Replay(device) => device.as_mut(),
+            Self::Simulated(device) => Some(device.as_mut()),
+            Self::Replay(device) => Some(device.as_mut()),
+            Self::OpenHaptics(_) => None,
         }
     }
 }
@@ -92,22 +99,50 @@ pub fn build(choice: &RigChoice<'_>) -> Result<Rig, ServerError> {
     choice.device.require_drivable()?;
     match (choice.device, choice.hand) {
         (DeviceChoice::Replay(path), _) => {
-            let recorded = Recorded::read(path, choice)?;
+            let recorded = Recorded::read(path, choice.side, choice.length)?;
             Ok(recorded.rig(|hand, _| RigDevice::Replay(Box::new(ReplayDevice::new(Box::new(hand))))))
         }
+        (DeviceChoice::Openhaptics(names), _) => {
+            let frame = SceneFromDevice::workspace_at(workspace_centre_m());
+            let device = OpenHaptics::open(names.as_deref(), choice.library, frame)
+                .map_err(|e| ServerError::Unavailable(e.to_string()))?;
+            tracing::info!("{}", device.description());
+            let device = RigDevice::OpenHaptics(Box::new(device));
+            Ok(Rig { device, registration: String::new(), ends_after_s: None })
+        }
         (_, HandChoice::File(path)) => {
-            let recorded = Recorded::read(path, choice)?;
+            let recorded = Recorded::read(path, choice.side, choice.length)?;
             Ok(recorded.rig(|hand, centre_m| simulated(Box::new(hand), centre_m)))
         }
         (_, HandChoice::Synthetic) => {
-            let home_m = Vec3::new(0.0, 0.0, SYNTHETIC_HOME_M);
-            let hand = SyntheticHand::new(SyntheticHandParams::default(), home_m);
-            Ok(Rig { device: simulated(Box::new(hand), home_m), registration: String::new(), ends_after_s: None })
+            let home_m = workspace_centre_m();
+            let device = simulated(synthetic_hand(home_m), home_m);
+            Ok(Rig { device, registration: String::new(), ends_after_s: None })
         }
     }
 }
 
-fn simulated(hand: Box<dyn crate::hand::Hand>, centre_m: Vec3) -> RigDevice {
+/// Where the middle of a device's workspace is in the scene, unless a recording says otherwise.
+#[must_use]
+pub fn workspace_centre_m() -> Vec3 {
+    Vec3::new(0.0, 0.0, SYNTHETIC_HOME_M)
+}
+
+/// The synthetic surgeon, waiting at `home_m`.
+#[must_use]
+pub fn synthetic_hand(home_m: Vec3) -> Box<dyn Hand> {
+    Box::new(SyntheticHand::new(SyntheticHandParams::default(), home_m))
+}
+
+/// The right hand of a recording, laid onto the wound, again and again.
+///
+/// # Errors
+/// 66 or 65 for a recording that cannot be used.
+pub fn recorded_hand(path: &Path) -> Result<Box<dyn Hand>, ServerError> {
+    Ok(Box::new(Recorded::read(path, HandSide::Right, RunLength::Given)?.hand))
+}
+
+fn simulated(hand: Box<dyn Hand>, centre_m: Vec3) -> RigDevice {
     let frame = SceneFromDevice::workspace_at(centre_m);
     RigDevice::Simulated(Box::new(SimulatedDevice::new(SimulatedDeviceParams::default(), frame, hand)))
 }
@@ -120,8 +155,8 @@ struct Recorded {
 }
 
 impl Recorded {
-    fn read(path: &Path, choice: &RigChoice<'_>) -> Result<Self, ServerError> {
-        let side = match choice.side {
+    fn read(path: &Path, side: HandSide, length: RunLength) -> Result<Self, ServerError> {
+        let side = match side {
             HandSide::Left => csv::HandSide::Left,
             HandSide::Right => csv::HandSide::Right,
         };
@@ -131,13 +166,13 @@ impl Recorded {
         }
         let wound = WoundPlace { centre_m: Vec3::zeros(), along: Vec3::y(), across: Vec3::x(), outward: Vec3::z() };
         let registration = Registration::new(file.kind, &file.recording, &wound);
-        let at_end = match choice.length {
+        let at_end = match length {
             RunLength::Given => AtEnd::Loop,
             RunLength::OfTheHand => AtEnd::Hold,
         };
         let unusable = |e| ServerError::BadData(format!("{}: {e}", path.display()));
         let hand = RecordedHand::new(&registration.apply(file.recording), at_end).map_err(unusable)?;
-        let ends_after_s = (choice.length == RunLength::OfTheHand).then(|| hand.duration_s());
+        let ends_after_s = (length == RunLength::OfTheHand).then(|| hand.duration_s());
         Ok(Self { hand, registration, ends_after_s })
     }
 
@@ -169,7 +204,7 @@ mod tests {
     use crate::exit;
 
     fn choice<'a>(device: &'a DeviceChoice, hand: &'a HandChoice) -> RigChoice<'a> {
-        RigChoice { device, hand, side: HandSide::Right, length: RunLength::OfTheHand }
+        RigChoice { device, hand, side: HandSide::Right, length: RunLength::OfTheHand, library: None }
     }
 
     #[test]

@@ -24,6 +24,8 @@ pub struct ServoSpec {
     pub guarded_by: u32,
     /// Device to drive.
     pub device: DeviceChoice,
+    /// The OpenHaptics library, if it is not the system's.
+    pub openhaptics_library: Option<PathBuf>,
     /// Who moves a simulated stylus.
     pub hand: HandChoice,
     /// Which hand of a recording holds the needle.
@@ -48,6 +50,7 @@ impl ServoSpec {
     pub fn hand_label(&self) -> String {
         match &self.device {
             DeviceChoice::Replay(path) => path.display().to_string(),
+            DeviceChoice::Openhaptics(_) => "operator".to_owned(),
             _ => self.hand.to_string(),
         }
     }
@@ -170,6 +173,7 @@ mod tests {
             run_dir: "r".into(),
             guarded_by: 7,
             device: DeviceChoice::Replay("a b.csv".into()),
+            openhaptics_library: Some("lib.so".into()),
             hand: HandChoice::Synthetic,
             hand_side: HandSide::Left,
             length: RunLength::OfTheHand,

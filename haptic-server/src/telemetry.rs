@@ -4,6 +4,7 @@
 //! a caller that comes every 200 ms writes at most five such lines a second. Deliberately absent: where lines go
 //! (`logging.rs`), the ticks before a fault (`flight_record.rs`), and the recording of a whole run.
 
+use crate::device::notice::{DeviceNotice, NoticeRing, Weight};
 use crate::servo::events::{EventKind, ServoEvent};
 use crate::servo::state_machine::ServoFault;
 use crate::servo_setup::ServoLinks;
@@ -43,6 +44,23 @@ pub fn tell(events: &mut Consumer<ServoEvent>, links: &ServoLinks) -> Told {
         tracing::warn!(lost, "servo events were lost because their ring was full");
     }
     told
+}
+
+/// Empties a device's notices into `tracing`; gives those that switched the force off, for the operator.
+pub fn tell_notices(ring: &NoticeRing) -> Vec<String> {
+    let mut faults = Vec::new();
+    for _ in 0..ring.capacity() {
+        let Some(DeviceNotice { device, weight, what }) = ring.pop() else { break };
+        match weight {
+            Weight::Note => tracing::info!(device, "haptic device: {what}"),
+            Weight::Warning => tracing::warn!(device, "haptic device: {what}"),
+            Weight::Fault => {
+                tracing::error!(device, "haptic device: {what}");
+                faults.push(what.to_string());
+            }
+        }
+    }
+    faults
 }
 
 fn tell_one(event: &ServoEvent) {

@@ -73,7 +73,7 @@ pub enum DeviceChoice {
     Replay(PathBuf),
     /// Mouse or touch pad of a viewer.
     Pointer,
-    /// An Omni through the OpenHaptics library, by configuration name.
+    /// An Omni through the OpenHaptics library, by configuration name; two names with a plus between.
     Openhaptics(Option<String>),
     /// An Omni through hidraw, by path.
     Hid(Option<PathBuf>),
@@ -110,13 +110,11 @@ impl DeviceChoice {
     /// [`ServerError::Unavailable`] names what can be driven.
     pub fn require_drivable(&self) -> Result<(), ServerError> {
         match self {
-            Self::Simulated | Self::Replay(_) => Ok(()),
-            Self::Pointer | Self::Openhaptics(_) | Self::Hid(_) | Self::Firewire => {
-                Err(ServerError::Unavailable(format!(
-                    "device {self} has no driver in this build, which drives simulated and replay:FILE; \
-                     give one of these with --device"
-                )))
-            }
+            Self::Simulated | Self::Replay(_) | Self::Openhaptics(_) => Ok(()),
+            Self::Pointer | Self::Hid(_) | Self::Firewire => Err(ServerError::Unavailable(format!(
+                "device {self} has no driver in this build, which drives simulated, replay:FILE and \
+                     openhaptics[:NAME]; give one of these with --device"
+            ))),
         }
     }
 }
@@ -229,7 +227,7 @@ mod tests {
 
     #[test]
     fn a_device_without_driver_is_unavailable() {
-        for text in ["pointer", "openhaptics", "hid", "firewire"] {
+        for text in ["pointer", "hid", "firewire"] {
             let error = text.parse::<DeviceChoice>().expect(text).require_drivable().expect_err(text);
             assert_eq!(error.exit_code(), crate::exit::UNAVAILABLE);
         }

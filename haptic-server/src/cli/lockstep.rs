@@ -31,6 +31,7 @@ pub(super) fn run(args: &LockstepArgs) -> Result<RunSummary, ServerError> {
         hand: &args.hand.hand,
         side: args.hand.hand_side,
         length: if args.duration.is_some() { RunLength::Given } else { RunLength::OfTheHand },
+        library: None,
     })?;
     let params = args.servo.as_deref().map_or_else(|| Ok(ServoConfig::default()), scene_file::servo_config)?;
     let params =
@@ -44,6 +45,8 @@ pub(super) fn run(args: &LockstepArgs) -> Result<RunSummary, ServerError> {
         longest_s: args.duration.or(rig.ends_after_s).unwrap_or(LONGEST_S),
         ends: if args.duration.is_some() { RunEnd::AfterTime } else { RunEnd::WhenFinished },
         out: args.out.clone(),
-        device: rig.device.pulled(),
+        device: rig.device.pulled().ok_or_else(|| {
+            ServerError::Unavailable("lockstep drives no device that owns its clock; use `run`".to_owned())
+        })?,
     })
 }

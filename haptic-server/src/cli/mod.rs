@@ -176,6 +176,9 @@ pub struct RunArgs {
     /// Device: simulated, replay:FILE, pointer, openhaptics[:NAME], hid[:PATH], firewire.
     #[arg(long, value_name = "DEVICE", default_value = "simulated")]
     pub device: DeviceChoice,
+    /// The OpenHaptics library, if it is not where the vendor's installer puts it.
+    #[arg(long, value_name = "FILE")]
+    pub openhaptics_library: Option<PathBuf>,
     /// Who moves the stylus.
     #[command(flatten)]
     pub hand: HandArgs,

@@ -8,13 +8,18 @@
 
 pub mod encoder;
 pub mod frame;
+pub mod notice;
 pub mod omni;
+pub mod openhaptics;
 pub mod replay;
 pub mod simulated;
 pub mod stylus;
 pub mod velocity_filter;
 
+use notice::NoticeRing;
+use protocol::tissue_port::TissuePort;
 use sim_core::vector::Vec3;
+use std::sync::Arc;
 
 /// What a device reports at the start of a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,6 +60,10 @@ pub enum SampleQuality {
     Fresh,
     /// The device had nothing new; the values are the last ones.
     Stale,
+    /// The device works but cannot be used yet (it is not calibrated): no position, no force, no fault.
+    Unready,
+    /// The device has switched its force off for a reason of its own; it must be re-armed.
+    Tripped,
     /// The device is gone.
     Lost,
 }
@@ -142,6 +151,25 @@ impl HandView {
     }
 }
 
+impl From<&TissuePort> for HandView {
+    /// What the hand sees by this port.
+    fn from(port: &TissuePort) -> Self {
+        Self {
+            valid: port.header.sequence > 0,
+            stage: port.stage,
+            pair: port.pair,
+            pair_count: port.pair_count,
+            stitches: port.stitches,
+            scene_generation: port.scene_generation,
+            target_m: Vec3::from(port.target_m),
+            target_normal: Vec3::from(port.target_normal),
+            across: Vec3::from(port.across),
+            gap_m: port.gap_m,
+            closed_gap_m: port.closed_gap_m,
+        }
+    }
+}
+
 /// Time of one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TickTime {
@@ -157,10 +185,17 @@ pub struct TickTime {
 pub trait ServoRoom {
     /// Waits for the next tick; `None` when the loop must end.
     fn wait(&mut self) -> Option<TickTime>;
+    /// For a device that owns the clock: the tick that it began `late_ns` ago; `None` when the loop must end.
+    fn begin(&mut self, late_ns: u64) -> Option<TickTime>;
     /// What the hand sees now.
     fn view(&self) -> HandView;
+    /// Whether the servo is in Fault: no force until the operator has re-armed it.
+    fn is_latched(&self) -> bool;
     /// One servo tick: sample in, force out.
     fn tick(&mut self, time: TickTime, sample: &DeviceSample) -> DeviceCommand;
+    /// A second device: its pose and buttons are shown; it has no force of its own. Before [`ServoRoom::tick`] of the next
+    /// sample.
+    fn show_second(&mut self, time: TickTime, sample: &DeviceSample);
 }
 
 /// A device that runs the loop.
@@ -171,6 +206,10 @@ pub trait Device: Send {
     fn limits(&self) -> DeviceLimits;
     /// Runs until the room says stop. Sends zero force before it returns.
     fn run(&mut self, room: &mut dyn ServoRoom);
+    /// What the device has to say while it runs.
+    fn notices(&self) -> Option<Arc<NoticeRing>> {
+        None
+    }
 }
 
 /// A device that is asked once per tick.

@@ -4,6 +4,7 @@
 use crate::device::{DeviceCommand, DeviceSample, HandView, ServoRoom, TickTime};
 use crate::servo::clock::Wakefulness;
 use crate::servo::params::ServoParams;
+use crate::servo::state_machine::Mode;
 use crate::servo::tick::{Orders, Rights, Servo, StopOrder, TickInput};
 use crate::solver::session::SolverSession;
 use protocol::servo_state::ServoState;
@@ -118,8 +119,21 @@ impl ServoRoom for LockstepRoom<'_> {
         Some(TickTime { scheduled_ns: now_ns, now_ns, dt_s: self.period_s })
     }
 
+    /// The virtual clock is the room's, whoever calls.
+    fn begin(&mut self, _late_ns: u64) -> Option<TickTime> {
+        self.wait()
+    }
+
     fn view(&self) -> HandView {
         self.servo.view()
+    }
+
+    fn is_latched(&self) -> bool {
+        self.servo.mode() == Mode::Fault
+    }
+
+    fn show_second(&mut self, time: TickTime, sample: &DeviceSample) {
+        self.servo.show_second(time, sample);
     }
 
     fn tick(&mut self, time: TickTime, sample: &DeviceSample) -> DeviceCommand {

@@ -83,6 +83,12 @@ impl SampleGate {
         self.periods_since += (dt_s / period_s).max(1.0);
         match sample.quality {
             SampleQuality::Lost => self.answer(None, Some(ServoFault::DeviceLost)),
+            SampleQuality::Tripped => self.answer(None, Some(ServoFault::DeviceTripped)),
+            SampleQuality::Unready => {
+                // The next good sample is taken wherever it is: calibration moves the position.
+                self.reset();
+                self.answer(None, None)
+            }
             SampleQuality::Stale => {
                 self.stale_in_a_row = self.stale_in_a_row.saturating_add(1);
                 if let Some(last) = &mut self.last {

@@ -61,6 +61,9 @@ pub enum ServoFault {
     /// The machine slept.
     #[error("the machine was suspended while the servo ran; re-arm")]
     Suspended = 6,
+    /// The device switched its force off.
+    #[error("the haptic device switched its force off; see what it said, remove the cause and re-arm")]
+    DeviceTripped = 7,
 }
 
 impl ServoFault {
@@ -80,6 +83,7 @@ impl ServoFault {
             Self::DeadlineMissed,
             Self::ForceNotFinite,
             Self::Suspended,
+            Self::DeviceTripped,
         ]
         .into_iter()
         .find(|fault| fault.code() == code)

@@ -11,6 +11,7 @@ use crate::device::{DeviceCommand, DeviceSample, HandView, ServoRoom, TickTime};
 use crate::servo::clock::{Schedule, SuspendWatch};
 use crate::servo::flight_recorder::TickRecord;
 use crate::servo::params::{ServoParams, to_ns};
+use crate::servo::state_machine::Mode;
 use crate::servo::stats::{ServoStats, TickTimes};
 use crate::servo::tick::{Orders, Servo, StopOrder, TickInput};
 use crate::servo_setup::RoomEnds;
@@ -90,8 +91,23 @@ impl<S: FnMut(&mut ServoState)> ServoRoom for LiveRoom<S> {
         Some(self.tick_time(due_ns))
     }
 
+    fn begin(&mut self, late_ns: u64) -> Option<TickTime> {
+        if self.servo.is_stopped() {
+            return None;
+        }
+        Some(self.tick_time(monotonic_ns().saturating_sub(late_ns)))
+    }
+
     fn view(&self) -> HandView {
         self.servo.view()
+    }
+
+    fn is_latched(&self) -> bool {
+        self.servo.mode() == Mode::Fault
+    }
+
+    fn show_second(&mut self, time: TickTime, sample: &DeviceSample) {
+        self.servo.show_second(time, sample);
     }
 
     fn tick(&mut self, time: TickTime, sample: &DeviceSample) -> DeviceCommand {

@@ -4,9 +4,9 @@
 //! `thread.rs` calls it live, lockstep calls it against a virtual clock: equal inputs give equal bits.
 //! The gain is the product of what state machine, ladder, samples and a stop order allow; it weakens the coupling, so that
 //! the tissue feels no more than the hand. The safety stage behind it has the last word. Metres, newtons, seconds, scene frame.
-//! Deliberately absent: a second device (handles 2 and 3 of the message stay free).
+//! Deliberately absent: forces for a second device, which is shown only (handles 2 and 3 of the message stay free).
 
-use crate::device::HandView;
+use crate::device::{DeviceSample, HandView, TickTime};
 use crate::servo::clock::{MissCounter, Wakefulness};
 use crate::servo::coupling::{HANDLES_PER_DEVICE, Handles};
 use crate::servo::energy::EnergyObserver;
@@ -30,6 +30,13 @@ const STOPPED_N: f64 = 1e-3;
 /// Longer ticks integrate as this many periods; the rest of the time is lost, not made up for.
 const LONGEST_TICK_PERIODS: f64 = 20.0;
 
+/// A device that is shown only.
+#[derive(Clone, Copy, Debug)]
+struct Second {
+    gate: SampleGate,
+    buttons: Buttons,
+}
+
 /// The servo of one device.
 #[derive(Clone, Debug)]
 pub struct Servo {
@@ -38,6 +45,7 @@ pub struct Servo {
     machine: StateMachine,
     gate: SampleGate,
     buttons: Buttons,
+    second: Second,
     ladder: Ladder,
     handles: Handles,
     stage: ForceStage,
@@ -67,6 +75,7 @@ impl Servo {
             machine: StateMachine::new(params.rhythm),
             gate: SampleGate::new(params.sample),
             buttons: Buttons::new(&params.sample),
+            second: Second { gate: SampleGate::new(params.sample), buttons: Buttons::new(&params.sample) },
             ladder: Ladder::new(params.ladder),
             handles: Handles::new(params.coupling),
             stage: ForceStage::new(params.safety, params.rhythm.period_s),
@@ -162,20 +171,23 @@ impl Servo {
     /// What the hand sees: the newest port.
     #[must_use]
     pub fn view(&self) -> HandView {
-        let port = &self.port;
-        HandView {
-            valid: port.header.sequence > 0,
-            stage: port.stage,
-            pair: port.pair,
-            pair_count: port.pair_count,
-            stitches: port.stitches,
-            scene_generation: port.scene_generation,
-            target_m: Vec3::from(port.target_m),
-            target_normal: Vec3::from(port.target_normal),
-            across: Vec3::from(port.across),
-            gap_m: port.gap_m,
-            closed_gap_m: port.closed_gap_m,
-        }
+        HandView::from(&self.port)
+    }
+
+    /// Shows the second device in `servo_state`: pose, clean buttons, no force. It carries no handle: the solver offers
+    /// ports to the first device only.
+    pub fn show_second(&mut self, time: TickTime, sample: &DeviceSample) {
+        let answer = self.second.gate.tick(sample, time.dt_s, self.params.rhythm.period_s);
+        let device = &mut self.state.devices[1];
+        device.present = u32::from(answer.sample.is_some() && answer.fault.is_none());
+        let Some(accepted) = answer.sample else { return };
+        self.second.buttons.tick(accepted.buttons, time.now_ns);
+        device.position_m = accepted.position_m.into();
+        device.velocity_m_per_s = accepted.velocity_m_per_s.into();
+        device.orientation = accepted.orientation;
+        device.buttons = self.second.buttons.level;
+        device.press_count = self.second.buttons.press_count;
+        device.release_count = self.second.buttons.release_count;
     }
 
     /// Whether the operator re-arms in this tick: by command, or by a press of the back button since the last tick.

@@ -6,7 +6,9 @@
 use crate::error::ServerError;
 use crate::servo_link::{FromServo, LineBuffer, ServoSpec, ToServo, to_line};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::fs::File;
 use std::io::Write;
+use std::sync::OnceLock;
 
 /// What came in.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +19,9 @@ pub(super) enum Incoming {
     SupervisorGone,
 }
 
+/// The pipe to the supervisor, once it is out of the way of others.
+static REPORTS: OnceLock<File> = OnceLock::new();
+
 /// stdin and stdout of the servo process.
 #[derive(Default)]
 pub(super) struct ControlLine {
@@ -25,6 +30,15 @@ pub(super) struct ControlLine {
 }
 
 impl ControlLine {
+    /// Takes stdout away from everybody else: a vendor's library prints banners there, which go to stderr from now on.
+    pub(super) fn keep_for_itself() -> Result<(), ServerError> {
+        let moved = rustix::io::fcntl_dupfd_cloexec(std::io::stdout(), 3)
+            .and_then(|pipe| rustix::stdio::dup2_stdout(std::io::stderr()).map(|()| pipe));
+        let pipe = moved.map_err(|e| ServerError::Internal(format!("cannot keep the control line apart: {e}")))?;
+        REPORTS.get_or_init(|| File::from(pipe));
+        Ok(())
+    }
+
     /// Waits for the specification, which is the first order.
     pub(super) fn specification(&mut self) -> Result<ServoSpec, ServerError> {
         loop {
@@ -75,8 +89,8 @@ impl ControlLine {
     /// Reports to the supervisor; a report that cannot be delivered is dropped, since stdin tells the same.
     pub(super) fn report(message: &FromServo) {
         if let Ok(line) = to_line(message) {
-            let mut stdout = std::io::stdout().lock();
-            let _ = stdout.write_all(line.as_bytes()).and_then(|()| stdout.flush());
+            // One write per line: reports of two threads do not mix.
+            let _ = REPORTS.get().map(|mut pipe| pipe.write_all(line.as_bytes()));
         }
     }
 }

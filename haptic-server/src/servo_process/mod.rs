@@ -15,6 +15,8 @@ mod control;
 mod report;
 mod room;
 
+use crate::device::DeviceLimits;
+use crate::device::notice::NoticeRing;
 use crate::error::ServerError;
 use crate::flight_record::FlightRecord;
 use crate::realtime::RightsPolicy;
@@ -22,7 +24,7 @@ use crate::record::Recorder;
 use crate::rig::{self, Rig, RigChoice};
 use crate::servo::events::ServoEvent;
 use crate::servo::flight_recorder::TickRecord;
-use crate::servo::params::ServoParams;
+use crate::servo::params::{ServoConfig, ServoParams};
 use crate::servo_link::{FromServo, NoRtPolicy, ServoSpec, ToServo};
 use crate::servo_setup::{self, OuterEnds, Recording, RoomEnds, ServoLinks};
 use crate::supervisor::child::{DeathSignal, end_with_parent};
@@ -56,14 +58,22 @@ const FLIGHT_RECORD: &str = "flight-record.csv";
 /// What refused or ended it, with the exit code.
 pub fn run() -> Result<(), ServerError> {
     let stop = stop_flag()?;
+    ControlLine::keep_for_itself()?;
     let mut control = ControlLine::default();
     let spec = control.specification()?;
     end_with_parent(spec.guarded_by, DeathSignal::Terminate)?;
     let run = RunDir::open(&spec.run_dir)?;
-    let Rig { device, registration, ends_after_s } =
-        rig::build(&RigChoice { device: &spec.device, hand: &spec.hand, side: spec.hand_side, length: spec.length })?;
+    let Rig { device, registration, ends_after_s } = rig::build(&RigChoice {
+        device: &spec.device,
+        hand: &spec.hand,
+        side: spec.hand_side,
+        length: spec.length,
+        library: spec.openhaptics_library.as_deref(),
+    })?;
     let device = device.into_device();
     let name = device.name().to_owned();
+    let notices = device.notices();
+    refuse_stiffness(&spec.servo, &device.limits())?;
     let params =
         ServoParams::new(&spec.servo, &device.limits()).map_err(|e| ServerError::Configuration(e.to_string()))?;
     let ring = if spec.record.is_some() { Recording::EveryTick } else { Recording::None };
@@ -83,6 +93,7 @@ pub fn run() -> Result<(), ServerError> {
         delivery: &delivery,
         stop: &stop,
         spec: &spec,
+        notices,
         ends_after_s,
         ready: None,
     };
@@ -95,6 +106,22 @@ pub fn run() -> Result<(), ServerError> {
     let facts = report::Facts { device: name, hand: spec.hand_label(), registration, recording };
     ControlLine::report(&FromServo::Summary(Box::new(report::summary(facts, &end, wound.as_ref()))));
     Ok(())
+}
+
+/// A stiffness that the device is not made for is refused, not lowered in silence.
+fn refuse_stiffness(config: &ServoConfig, limits: &DeviceLimits) -> Result<(), ServerError> {
+    let stiffnesses = [
+        ("stiffness_n_per_m", config.coupling.stiffness_n_per_m),
+        ("line_stiffness_n_per_m", config.coupling.line_stiffness_n_per_m),
+    ];
+    let most = limits.stiffness_n_per_m;
+    match stiffnesses.into_iter().find(|(_, value)| *value > most) {
+        None => Ok(()),
+        Some((key, value)) => Err(ServerError::Configuration(format!(
+            "servo.coupling.{key} is {value} N/m, but the device is made for {most} N/m at most; lower it in the \
+             configuration"
+        ))),
+    }
 }
 
 fn policy(spec: &ServoSpec) -> RightsPolicy {
@@ -142,6 +169,7 @@ struct Watch<'a> {
     delivery: &'a Delivery,
     stop: &'a AtomicBool,
     spec: &'a ServoSpec,
+    notices: Option<Arc<NoticeRing>>,
     ends_after_s: Option<f64>,
     ready: Option<Instant>,
 }
@@ -210,6 +238,9 @@ impl Watch<'_> {
 
     /// Events into the log; a fault to the supervisor, with its flight record in a file.
     fn tell(&mut self) {
+        for what in self.notices.iter().flat_map(|ring| telemetry::tell_notices(ring)) {
+            ControlLine::report(&FromServo::Fault { what });
+        }
         let told = telemetry::tell(&mut self.events, self.links);
         // After the events: the tick of a fault that was just told is in here.
         self.flight_record.take(&mut self.flight);

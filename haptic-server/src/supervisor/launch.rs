@@ -49,6 +49,7 @@ pub(super) fn plan(args: &RunArgs) -> Result<Plan, ServerError> {
         run_dir: PathBuf::new(),
         guarded_by: std::process::id(),
         device: args.device.clone(),
+        openhaptics_library: args.openhaptics_library.clone(),
         hand: args.hand.hand.clone(),
         hand_side: args.hand.hand_side,
         length: if args.duration.is_some() { RunLength::Given } else { RunLength::OfTheHand },
@@ -88,6 +89,10 @@ pub(super) fn servo(plan: &Plan, run: &RunDir) -> Result<ChildProcess, ServerErr
     let exe = std::env::current_exe()
         .map_err(|e| ServerError::Internal(format!("cannot find this program: {e}; start it by its path")))?;
     let mut command = Command::new(exe);
+    if let DeviceChoice::Openhaptics(_) = plan.servo.device {
+        // With a decimal comma the vendor's driver reads its configuration wrongly.
+        command.env("LC_ALL", "C");
+    }
     command.arg("servo").stdin(Stdio::piped()).stdout(Stdio::piped());
     let mut servo = ChildProcess::spawn("servo", command)?;
     let spec = ServoSpec { run_dir: run.path().to_owned(), ..plan.servo.clone() };

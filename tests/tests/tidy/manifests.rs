@@ -7,12 +7,13 @@ use crate::source::SourceFile;
 use crate::{assert_clean, assert_discerns};
 
 /// Each member and the members that it may depend on.
-const EDGES: [(&str, &[&str]); 5] = [
+const EDGES: [(&str, &[&str]); 6] = [
     ("protocol", &[]),
     ("sim-core", &[]),
     ("haptic-server", &["protocol", "sim-core"]),
     ("viewer-client", &["protocol"]),
-    ("tests", &["protocol", "sim-core", "haptic-server", "viewer-client"]),
+    ("tests", &["protocol", "sim-core", "haptic-server", "viewer-client", "virtual-omni"]),
+    ("tests/virtual-omni", &["protocol", "sim-core", "haptic-server"]),
 ];
 
 /// Crates that only one member may name.
