@@ -67,12 +67,27 @@ impl Sandbox {
     /// When it cannot be built or started.
     #[must_use]
     pub fn start<A: AsRef<OsStr>>(&self, program: &Path, arguments: &[A]) -> Program {
+        self.start_with(program, arguments, &[])
+    }
+
+    /// The same, with more in its environment.
+    ///
+    /// # Panics
+    /// When it cannot be built or started.
+    #[must_use]
+    pub fn start_with<A: AsRef<OsStr>>(
+        &self,
+        program: &Path,
+        arguments: &[A],
+        environment: &[(&str, &str)],
+    ) -> Program {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
         let (stdout, stderr) = (self.folder.join(format!("{number}.out")), self.folder.join(format!("{number}.err")));
         let file = |path: &Path| std::fs::File::create(path).expect("a sandbox is writable");
         let child = Command::new(program)
             .args(arguments)
+            .envs(environment.iter().copied())
             .env("XDG_RUNTIME_DIR", &self.folder)
             .env("NO_COLOR", "1")
             .stdin(Stdio::null())
@@ -203,6 +218,18 @@ pub fn is_gone_within(limit: Duration, process: Pid) -> bool {
 pub fn binary(name: &str) -> PathBuf {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     BUILT.get_or_init(build_binaries).join(name)
+}
+
+/// Path of the virtual Omni's shared library, which cargo builds beside the tests that depend on it.
+///
+/// # Panics
+/// When it is not there: the running test does not depend on it.
+#[must_use]
+pub fn virtual_omni() -> PathBuf {
+    let this = std::env::current_exe().expect("a test knows its own path");
+    let library = this.with_file_name("libvirtual_omni.so");
+    assert!(library.exists(), "{} is missing", library.display());
+    library
 }
 
 /// Builds every binary of the workspace once per test process and returns their folder.

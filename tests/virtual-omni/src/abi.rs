@@ -3,7 +3,6 @@
 //! The unsafe edge of this package: exported names, a client's pointers, a client's callbacks. Nothing unwinds out of a
 //! function: a panic becomes its fallback value. The current device is the one of the calling thread.
 #![expect(unsafe_code, reason = "a C interface exports names and takes pointers and callbacks from its client")]
-#![expect(non_snake_case, reason = "the names are the interface's")]
 
 use crate::clockwork;
 use crate::codes;

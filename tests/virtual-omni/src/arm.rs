@@ -11,7 +11,7 @@ use sim_core::vector::{Mat3, Vec3};
 /// Joint angles of a stylus that stands in the inkwell, radians.
 pub const INKWELL_JOINTS_RAD: [f64; 3] = [0.0, 0.268_889_55, -0.370_812_89];
 /// Gimbal angles of a held stylus, radians: tip down and forward.
-pub const HELD_GIMBAL_RAD: [f64; 3] = [0.0, 0.8, 0.0];
+pub(crate) const HELD_GIMBAL_RAD: [f64; 3] = [0.0, 0.8, 0.0];
 /// Step of a gimbal angle, radians.
 const GIMBAL_STEP_RAD: f64 = 1.278_37e-3;
 /// Torque of one DAC step, newton metres.

@@ -39,7 +39,7 @@ pub(crate) fn is_in_tick() -> bool {
     IN_TICK.get()
 }
 
-/// `CLOCK_MONOTONIC` since the first call, plus a second; the virtual clock when a test steps.
+/// `CLOCK_MONOTONIC`, or the virtual clock when a test steps.
 pub(crate) fn now_ns() -> u64 {
     let world = world();
     match world.timing {
@@ -135,15 +135,18 @@ pub(crate) fn wait_until(is_over: impl Fn() -> bool) {
 fn run() {
     make_current(codes::INVALID_HANDLE);
     let mut chance = Chance(0x9E37_79B9_7F4A_7C15);
+    // Wall clock: this thread is the clock of a device in real time; nothing is asserted of it.
     let mut last = Instant::now();
     let mut due = last;
     loop {
         let period_s = 1.0 / f64::from(world().rate_hz.max(1));
         due += Duration::from_secs_f64(period_s + chance.jitter_s());
+        // Wall clock: as above.
         std::thread::sleep(due.saturating_duration_since(Instant::now()));
         if !world().running {
             return;
         }
+        // Wall clock: as above.
         let now = Instant::now();
         due = due.max(now - Duration::from_secs_f64(period_s));
         tick(now.duration_since(last).as_secs_f64(), now_ns());

@@ -10,9 +10,9 @@ use crate::codes;
 use sim_core::vector::Vec3;
 
 /// Largest force, newtons.
-pub const MAX_FORCE_N: f64 = 3.3;
+pub(crate) const MAX_FORCE_N: f64 = 3.3;
 /// Force that may be held, newtons.
-pub const CONTINUOUS_FORCE_N: f64 = 0.88;
+pub(crate) const CONTINUOUS_FORCE_N: f64 = 0.88;
 /// Torque that a motor may hold, newton metres.
 const CONTINUOUS_TORQUE_NM: f64 = CONTINUOUS_FORCE_N * 0.133_35;
 /// Temperature at which the continuous torque settles.
@@ -200,14 +200,14 @@ mod tests {
     fn each_limit_complains_with_its_code_and_the_force_starts_anew() {
         let unclamped = Settings { clamping: false, ..on() };
         let fast = Asked { speed_m_per_s: 2.0, ..asked(0.5) };
-        for (settings, asked, code) in [
+        for (settings, beyond, code) in [
             (unclamped, asked(3.5), codes::EXCEEDED_MAX_FORCE),
             (on(), asked(1.6), codes::EXCEEDED_MAX_FORCE_IMPULSE),
             (on(), fast, codes::EXCEEDED_MAX_VELOCITY),
         ] {
             let mut motors = ramped(&settings);
-            assert_eq!(motors.judge(&asked, &settings), Err(code));
-            assert_eq!(motors.judge(&super::tests::asked(1.0), &settings), Ok(Vec3::zeros()), "the ramp begins anew");
+            assert_eq!(motors.judge(&beyond, &settings), Err(code));
+            assert_eq!(motors.judge(&asked(1.0), &settings), Ok(Vec3::zeros()), "the ramp begins anew");
         }
     }
 

@@ -1,0 +1,232 @@
+//! The whole way of a device without a clock: virtual library → driver → servo, stepped by the test.
+//!
+//! The driver's callback runs in the test's own thread, one millisecond per step; `run` waits in a thread of its own, as in
+//! the servo process. The solver is a port made by hand: one held point on a spring.
+
+use crate::alone;
+use haptic_server::device::frame::SceneFromDevice;
+use haptic_server::device::notice::NoticeRing;
+use haptic_server::device::openhaptics::ffi::Hd;
+use haptic_server::device::openhaptics::{KeeperParams, OpenHaptics};
+use haptic_server::device::{Device, DeviceCommand, DeviceLimits, DeviceSample, HandView, ServoRoom, TickTime};
+use haptic_server::servo::clock::Wakefulness;
+use haptic_server::servo::params::{ServoConfig, ServoParams};
+use haptic_server::servo::state_machine::Mode;
+use haptic_server::servo::tick::{Orders, Rights, Servo, StopOrder, TickInput};
+use protocol::servo_state::ServoState;
+use protocol::tissue_port::{HANDLE_FREE, HANDLE_HELD, HandlePort, TissuePort};
+use protocol::wire::{Field, Message};
+use sim_core::vector::Vec3;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+use suture_tests::processes::wait_for;
+use virtual_omni::{Setup, control, functions};
+
+/// Patience with a loaded machine.
+pub(crate) const LIMIT: Duration = Duration::from_secs(60);
+/// What counts as no force, newtons: a tenth of an encoder count on the coupling.
+pub(crate) const ZERO_N: f64 = 1e-3;
+const MS: u64 = 1_000_000;
+/// Where the stylus is held, millimetres, device frame.
+pub(crate) const PLACE_MM: [f64; 3] = [4.0, 0.0, 0.0];
+
+/// What the test and the servo share.
+#[derive(Default)]
+pub(crate) struct Shared {
+    stop: AtomicBool,
+    held: AtomicBool,
+    rearms: AtomicU32,
+    state: Mutex<Option<ServoState>>,
+}
+
+struct StepRoom {
+    servo: Servo,
+    shared: Arc<Shared>,
+    now_ns: u64,
+    sequence: u64,
+}
+
+impl StepRoom {
+    fn port(&mut self) -> Option<TissuePort> {
+        if !(self.now_ns / MS).is_multiple_of(5) {
+            return None;
+        }
+        self.sequence += 1;
+        let is_held = self.shared.held.load(Ordering::Relaxed);
+        let mut port = TissuePort::EMPTY;
+        port.epoch = 1 + u32::from(is_held);
+        (port.publish_ns, port.valid_ns) = (self.now_ns, self.now_ns);
+        port.capstan_ratio = 1.0;
+        port.line_rest_length_m = 0.028;
+        (port.pair_count, port.gap_m, port.handle_count) = (4, 0.008, 2);
+        let k = 300.0;
+        for (handle, (mode, x)) in port.handles.iter_mut().zip([(HANDLE_HELD, 0.004), (HANDLE_FREE, -0.004)]) {
+            *handle = HandlePort {
+                position_m: [x, 0.0, 0.0],
+                stiffness_n_per_m: [k, 0.0, 0.0, k, 0.0, k],
+                one_ring_n_per_m: [3.0 * k, 0.0, 0.0, 3.0 * k, 0.0, 3.0 * k],
+                trust_radius_m: 0.02,
+                mass_kg: 0.002,
+                drag_n_s_per_m: 0.5,
+                mode: if is_held { mode } else { HANDLE_FREE },
+                ..HandlePort::EMPTY
+            };
+        }
+        port.stamp(self.sequence, self.now_ns);
+        Some(port)
+    }
+}
+
+impl ServoRoom for StepRoom {
+    /// Only when the device is lost: then nobody steps, and the servo goes by its own clock.
+    fn wait(&mut self) -> Option<TickTime> {
+        std::thread::sleep(Duration::from_micros(200));
+        self.begin(0)
+    }
+
+    fn begin(&mut self, _late_ns: u64) -> Option<TickTime> {
+        if self.servo.is_stopped() {
+            return None;
+        }
+        self.now_ns += MS;
+        Some(TickTime { scheduled_ns: self.now_ns, now_ns: self.now_ns, dt_s: 1e-3 })
+    }
+
+    fn view(&self) -> HandView {
+        self.servo.view()
+    }
+
+    fn is_latched(&self) -> bool {
+        self.servo.mode() == Mode::Fault
+    }
+
+    fn tick(&mut self, time: TickTime, sample: &DeviceSample) -> DeviceCommand {
+        let port = self.port();
+        let stop = if self.shared.stop.load(Ordering::Relaxed) { StopOrder::Stop } else { StopOrder::GoOn };
+        let orders = Orders { rearms: self.shared.rearms.load(Ordering::Relaxed), stop, ..Orders::default() };
+        let wakefulness = Wakefulness::Awake;
+        let output = self.servo.tick(&TickInput { time, sample, new_port: port.as_ref(), orders, wakefulness });
+        *self.shared.state.lock().unwrap_or_else(PoisonError::into_inner) = Some(*self.servo.state());
+        output.command
+    }
+
+    fn show_second(&mut self, time: TickTime, sample: &DeviceSample) {
+        self.servo.show_second(time, sample);
+    }
+}
+
+/// A running device.
+pub(crate) struct Rig {
+    pub(crate) shared: Arc<Shared>,
+    pub(crate) notices: Arc<NoticeRing>,
+    pub(crate) limits: DeviceLimits,
+    thread: Option<JoinHandle<()>>,
+    _alone: MutexGuard<'static, ()>,
+}
+
+/// Nobody is silent for as long as this in a stepped test.
+pub(crate) const NO_STALL: KeeperParams =
+    KeeperParams { stall_limit: Duration::from_secs(3600), reopen_pause: Duration::from_millis(20) };
+
+impl Rig {
+    /// Opens the devices of `names` and runs them.
+    pub(crate) fn start(setup: &Setup, names: Option<&str>, params: KeeperParams) -> Self {
+        let alone = alone();
+        control::reset(setup);
+        let frame = SceneFromDevice::workspace_at(Vec3::new(0.0, 0.0, 0.02));
+        let mut device =
+            OpenHaptics::with(Hd::new(functions()), names, params, frame).expect("the virtual device opens");
+        let limits = device.limits();
+        let notices = device.notices().expect("a driver that has something to say");
+        let shared = Arc::new(Shared::default());
+        let servo = ServoParams::new(&ServoConfig::default(), &limits).expect("defaults suit the device");
+        let mut room = StepRoom {
+            servo: Servo::new(&servo, Rights::Full),
+            shared: shared.clone(),
+            now_ns: 1_000 * MS,
+            sequence: 0,
+        };
+        let thread = std::thread::spawn(move || device.run(&mut room));
+        wait_for(LIMIT, || control::is_running().then_some(())).expect("the scheduler starts");
+        Self { shared, notices, limits, thread: Some(thread), _alone: alone }
+    }
+
+    /// Calibrated, armed, holding the point 10 mm to the side: about 1.7 N.
+    pub(crate) fn holding() -> Self {
+        Self::start(&Setup::default(), None, NO_STALL).hold()
+    }
+
+    /// Arms and pulls.
+    pub(crate) fn hold(self) -> Self {
+        control::lead(0, Vec3::from(PLACE_MM));
+        self.step(2_400);
+        assert_eq!(self.mode(), Mode::Active, "{:?}", self.told());
+        self.pull();
+        self
+    }
+
+    /// Takes the point and pulls it 10 mm to the side.
+    pub(crate) fn pull(&self) {
+        self.shared.held.store(true, Ordering::Relaxed);
+        self.step(20);
+        for i in 1..=100 {
+            control::lead(0, Vec3::from(PLACE_MM) + Vec3::new(0.0, 0.0, -0.1 * f64::from(i)));
+            self.step(1);
+        }
+        self.step(300);
+        assert!(self.arrived_n() > 1.0, "{} N, {:?}", self.arrived_n(), self.told());
+    }
+
+    /// Lets go and brings the stylus back, so that the servo can arm.
+    pub(crate) fn let_go(&self) {
+        self.shared.held.store(false, Ordering::Relaxed);
+    }
+
+    pub(crate) fn step(&self, ticks: u32) {
+        control::step(ticks);
+    }
+
+    pub(crate) fn rearm(&self) {
+        self.shared.rearms.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn state(&self) -> ServoState {
+        self.shared.state.lock().unwrap_or_else(PoisonError::into_inner).expect("a tick has been made")
+    }
+
+    pub(crate) fn mode(&self) -> Mode {
+        let code = self.state().mode;
+        [Mode::Init, Mode::Monitor, Mode::Armed, Mode::Ramp, Mode::Active, Mode::Fault][code as usize]
+    }
+
+    pub(crate) fn arrived_n(&self) -> f64 {
+        control::arrived_n(0).norm()
+    }
+
+    /// Everything that the driver has said since the last call.
+    pub(crate) fn told(&self) -> Vec<String> {
+        std::iter::from_fn(|| self.notices.pop()).map(|notice| notice.what.to_string()).collect()
+    }
+
+    /// Ends the run in order.
+    pub(crate) fn stop(&mut self) {
+        self.shared.stop.store(true, Ordering::Relaxed);
+        let Some(thread) = self.thread.take() else { return };
+        let ended = wait_for(LIMIT, || {
+            self.step(20);
+            thread.is_finished().then_some(())
+        });
+        if ended.is_some() {
+            thread.join().expect("the run ends in order");
+        }
+        assert!(ended.is_some() || std::thread::panicking(), "the run does not end");
+    }
+}
+
+impl Drop for Rig {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}
