@@ -8,7 +8,7 @@ use haptic_server::device::frame::SceneFromDevice;
 use haptic_server::device::notice::NoticeRing;
 use haptic_server::device::openhaptics::ffi::Hd;
 use haptic_server::device::openhaptics::{KeeperParams, OpenHaptics};
-use haptic_server::device::{Device, DeviceCommand, DeviceLimits, DeviceSample, HandView, ServoRoom, TickTime};
+use haptic_server::device::{Device, DeviceCommand, DeviceSample, HandView, ServoRoom, TickTime};
 use haptic_server::servo::clock::Wakefulness;
 use haptic_server::servo::params::{ServoConfig, ServoParams};
 use haptic_server::servo::state_machine::Mode;
@@ -17,6 +17,7 @@ use protocol::servo_state::ServoState;
 use protocol::tissue_port::{HANDLE_FREE, HANDLE_HELD, HandlePort, TissuePort};
 use protocol::wire::{Field, Message};
 use sim_core::vector::Vec3;
+use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -58,7 +59,6 @@ impl StepRoom {
         let mut port = TissuePort::EMPTY;
         port.epoch = 1 + u32::from(is_held);
         (port.publish_ns, port.valid_ns) = (self.now_ns, self.now_ns);
-        port.capstan_ratio = 1.0;
         port.line_rest_length_m = 0.028;
         (port.pair_count, port.gap_m, port.handle_count) = (4, 0.008, 2);
         let k = 300.0;
@@ -121,8 +121,8 @@ impl ServoRoom for StepRoom {
 pub(crate) struct Rig {
     pub(crate) shared: Arc<Shared>,
     pub(crate) notices: Arc<NoticeRing>,
-    pub(crate) limits: DeviceLimits,
     thread: Option<JoinHandle<()>>,
+    place_mm: Cell<Vec3>,
     _alone: MutexGuard<'static, ()>,
 }
 
@@ -150,7 +150,8 @@ impl Rig {
         };
         let thread = std::thread::spawn(move || device.run(&mut room));
         wait_for(LIMIT, || control::is_running().then_some(())).expect("the scheduler starts");
-        Self { shared, notices, limits, thread: Some(thread), _alone: alone }
+        let place_mm = Cell::new(Vec3::from(PLACE_MM));
+        Self { shared, notices, thread: Some(thread), place_mm, _alone: alone }
     }
 
     /// Calibrated, armed, holding the point 10 mm to the side: about 1.7 N.
@@ -171,21 +172,45 @@ impl Rig {
     pub(crate) fn pull(&self) {
         self.shared.held.store(true, Ordering::Relaxed);
         self.step(20);
-        for i in 1..=100 {
-            control::lead(0, Vec3::from(PLACE_MM) + Vec3::new(0.0, 0.0, -0.1 * f64::from(i)));
-            self.step(1);
-        }
+        self.move_to(Vec3::from(PLACE_MM) + Vec3::new(0.0, 0.0, -10.0));
         self.step(300);
         assert!(self.arrived_n() > 1.0, "{} N, {:?}", self.arrived_n(), self.told());
     }
 
-    /// Lets go and brings the stylus back, so that the servo can arm.
+    /// Moves the stylus at 100 mm/s, as a hand could.
+    pub(crate) fn move_to(&self, to_mm: Vec3) {
+        let from_mm = self.place_mm.replace(to_mm);
+        let ticks = ((to_mm - from_mm).norm() / 0.1).ceil().max(1.0);
+        for i in 1..=ticks as u32 {
+            control::lead(0, from_mm + (to_mm - from_mm) * (f64::from(i) / ticks));
+            self.step(1);
+        }
+    }
+
+    /// Puts the stylus into the inkwell.
+    pub(crate) fn dock(&self) {
+        self.move_to(Vec3::new(0.0, -65.510_711, -88.114_197));
+    }
+
+    /// Lets go.
     pub(crate) fn let_go(&self) {
         self.shared.held.store(false, Ordering::Relaxed);
     }
 
     pub(crate) fn step(&self, ticks: u32) {
         control::step(ticks);
+    }
+
+    /// Waits until the device has been opened again and is stepped by the test once more.
+    pub(crate) fn wait_for_the_return(&self) {
+        let told = wait_for(LIMIT, || self.told().iter().any(|t| t.contains("is open again")).then_some(()));
+        assert!(told.is_some(), "the device is not opened again");
+        let _before = control::take_rows();
+        let ticking = wait_for(LIMIT, || {
+            self.step(1);
+            (!control::take_rows().is_empty()).then_some(())
+        });
+        assert!(ticking.is_some(), "the library does not call again");
     }
 
     pub(crate) fn rearm(&self) {

@@ -73,6 +73,8 @@ pub(crate) struct VirtualDevice {
     pending: Vec<u32>,
     plugged: bool,
     locked: bool,
+    /// Joint angles at which the encoders count zero, radians.
+    zero_error: Vec3,
     slip_m: f64,
     garbage_frames: u32,
     frozen_frames: u32,
@@ -104,6 +106,10 @@ impl VirtualDevice {
             pending: Vec::with_capacity(16),
             plugged: true,
             locked: false,
+            zero_error: match calibration {
+                Calibration::Kept => Vec3::zeros(),
+                Calibration::Missing => Vec3::from(UNCALIBRATED_RAD),
+            },
             slip_m: 0.0,
             garbage_frames: 0,
             frozen_frames: 0,
@@ -191,7 +197,9 @@ impl VirtualDevice {
             return Err(codes::INVALID_OPERATION);
         }
         self.calibration = Calibration::Kept;
-        self.slip_m = 0.0;
+        (self.zero_error, self.slip_m) = (Vec3::zeros(), 0.0);
+        // A new zero is no motion.
+        self.filter = VelocityFilter::default();
         Ok(())
     }
 
@@ -215,12 +223,8 @@ impl VirtualDevice {
             self.frozen_frames -= 1;
             return Ok(errors);
         }
-        let zero_error = match self.calibration {
-            Calibration::Kept => Vec3::zeros(),
-            Calibration::Missing => Vec3::from(UNCALIBRATED_RAD),
-        };
         let place = self.stylus.state.position_m + Vec3::new(self.slip_m, 0.0, 0.0);
-        let reading = arm::read(place, self.stylus.gimbal, zero_error);
+        let reading = arm::read(place, self.stylus.gimbal, self.zero_error);
         let velocity_m_per_s = self.filter.update(reading.position_m, self.since_frame_s);
         self.since_frame_s = 0.0;
         let docked = self.is_docked();
@@ -263,7 +267,11 @@ mod tests {
     const PLACE: [f64; 3] = [0.0, 0.01, -0.02];
 
     fn device() -> VirtualDevice {
-        let mut device = VirtualDevice::new(c"test".to_owned(), Calibration::Kept, Grip::Led);
+        calibrated(Calibration::Kept)
+    }
+
+    fn calibrated(calibration: Calibration) -> VirtualDevice {
+        let mut device = VirtualDevice::new(c"test".to_owned(), calibration, Grip::Led);
         device.open();
         device.joined = true;
         device.settings.force_output = true;
@@ -300,8 +308,7 @@ mod tests {
 
     #[test]
     fn calibration_needs_the_inkwell_and_moves_the_position() {
-        let mut device = device();
-        device.suffer(Fault::Uncalibrate);
+        let mut device = calibrated(Calibration::Missing);
         assert_eq!(device.calibration_code(), codes::CALIBRATION_NEEDS_MANUAL_INPUT);
         assert_eq!(device.calibrate(), Err(codes::INVALID_OPERATION));
         device.stylus.lead(arm::inkwell_m());

@@ -13,7 +13,7 @@ pub enum Fault {
     Unplug,
     /// The cable is back.
     Replug,
-    /// The calibration is lost; the stylus has to go into the inkwell again.
+    /// The device says that its calibration is lost; the stylus has to go into the inkwell again.
     Uncalibrate,
     /// Motors of this temperature.
     Warm(f64),

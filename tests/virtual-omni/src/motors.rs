@@ -87,6 +87,8 @@ pub(crate) struct Motors {
     pub(crate) torque_nm: Vec3,
     /// Temperature of each motor.
     pub(crate) temperature: Vec3,
+    /// What the client asked for in the frame before: an impulse is its change, whatever the motors made of it.
+    asked_n: Vec3,
     /// What the ramp allows, newtons.
     ceiling_n: f64,
     /// Too warm and not yet cool again.
@@ -105,6 +107,7 @@ impl Motors {
     /// The force after every limit, or the complaint; then the motors are off and the ramp begins anew.
     pub(crate) fn judge(&mut self, asked: &Asked, settings: &Settings) -> Result<Vec3, u32> {
         self.silent_s = 0.0;
+        let before_n = std::mem::replace(&mut self.asked_n, asked.force_n);
         if !settings.force_output {
             self.ceiling_n = 0.0;
             return Ok(Vec3::zeros());
@@ -121,7 +124,7 @@ impl Motors {
                 return Err(self.complain(codes::EXCEEDED_MAX_FORCE));
             }
         }
-        if settings.impulse_limit && (force - self.force_n).norm() > settings.max_impulse_n_per_ms {
+        if settings.impulse_limit && (asked.force_n - before_n).norm() > settings.max_impulse_n_per_ms {
             return Err(self.complain(codes::EXCEEDED_MAX_FORCE_IMPULSE));
         }
         if settings.velocity_limit && asked.speed_m_per_s > settings.max_velocity_m_per_s {
@@ -192,7 +195,7 @@ mod tests {
         let early = motors.judge(&asked(1.0), &settings).expect("along the ramp");
         assert!((early.x - 0.33).abs() < 1e-12, "a tenth of a second of 3.3 N/s: {early}");
         let mut motors = ramped(&settings);
-        motors.force_n = Vec3::new(3.0, 0.0, 0.0);
+        motors.asked_n = Vec3::new(3.0, 0.0, 0.0);
         assert!((motors.judge(&asked(4.0), &settings).expect("clamped").x - 3.3).abs() < 1e-12);
     }
 
