@@ -134,6 +134,7 @@ fn sutured(config: &SceneConfig, seconds: f64) -> RunSummary {
         hand: &HandChoice::Synthetic,
         side: HandSide::Right,
         length: RunLength::Given,
+        library: None,
     };
     let mut rig = rig::build(&choice).expect("needs nothing");
     lockstep::run(LockstepJob {
@@ -141,7 +142,7 @@ fn sutured(config: &SceneConfig, seconds: f64) -> RunSummary {
         hand: "synthetic".into(),
         registration: String::new(),
         session: SolverSession::new(&[source]).expect("a preset with other readings"),
-        device: rig.device.pulled(),
+        device: rig.device.pulled().expect("a simulated device is asked once per tick"),
         params: ServoParams::new(&ServoConfig::default(), &DeviceLimits::OMNI).expect("defaults"),
         longest_s: seconds,
         ends: RunEnd::AfterTime,
