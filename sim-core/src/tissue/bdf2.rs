@@ -15,7 +15,7 @@ use crate::tissue::newton::{Hold, Newton, NewtonParams, NewtonView, Solved, cap}
 use crate::tissue::patch_set::PatchSet;
 use crate::tissue::scheme::History;
 use crate::tissue::solver::Stages;
-use crate::tissue::spring_rows::SpringRows;
+use crate::tissue::sweep::SpringSweep;
 use crate::vector::Vec3;
 
 /// `a₀` of the running scheme, for the stiffness that a hand feels.
@@ -38,7 +38,6 @@ const BDF2: Quotient = Quotient { now: LEADING, last: -2.0, before: 0.5 };
 /// What a step works on.
 pub(crate) struct Surroundings<'a> {
     pub(crate) network: &'a SpringNetwork,
-    pub(crate) rows: &'a SpringRows,
     pub(crate) patches: &'a PatchSet,
     /// 0 where a node may not move.
     pub(crate) mobility_m_per_n: &'a [f64],
@@ -95,6 +94,7 @@ impl Bdf2 {
     pub(crate) fn step(
         &mut self,
         around: &Surroundings<'_>,
+        springs: &mut SpringSweep,
         state: &mut TissueState,
         force_n: &mut [Vec3],
         stages: &mut Stages,
@@ -113,7 +113,6 @@ impl Bdf2 {
         let mut couplings = Couplings::new(around.patches, stages.attachments.as_mut(), stages.pairs.as_mut());
         let view = NewtonView {
             network: around.network,
-            rows: around.rows,
             free_m: &self.free_m,
             start_m: &self.before.position_m,
             limit_m: around.limit_m,
@@ -121,7 +120,7 @@ impl Bdf2 {
             hold: self.hold,
             params: around.params,
         };
-        let solved = self.newton.solve(&view, &mut couplings, &mut state.position_m, force_n);
+        let solved = self.newton.solve(&view, springs, &mut couplings, &mut state.position_m, force_n);
         (self.close(a0 / h, around, state), solved)
     }
 

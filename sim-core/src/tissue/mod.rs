@@ -32,11 +32,11 @@ pub mod settle;
 mod slit_path;
 pub mod solver;
 pub mod solver_params;
-pub mod spring_rows;
 pub mod stability;
 mod step_matrix;
 pub mod surface;
 pub mod suture_pair;
+pub mod sweep;
 #[cfg(test)]
 mod tests;
 pub mod triangle_mesh;

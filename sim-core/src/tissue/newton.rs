@@ -11,8 +11,8 @@
 use crate::tissue::couplings::{Active, Couplings};
 use crate::tissue::network::SpringNetwork;
 use crate::tissue::pcg::Pcg;
-use crate::tissue::spring_rows::SpringRows;
 use crate::tissue::step_matrix::StepMatrix;
+use crate::tissue::sweep::SpringSweep;
 use crate::vector::Vec3;
 
 /// More iterations while the set of acting attachments and pairs changes.
@@ -63,7 +63,6 @@ pub(crate) fn cap(vector: Vec3, most: f64) -> Vec3 {
 /// What one step is about.
 pub(crate) struct NewtonView<'a> {
     pub(crate) network: &'a SpringNetwork,
-    pub(crate) rows: &'a SpringRows,
     /// `b`, metres.
     pub(crate) free_m: &'a [Vec3],
     /// Positions at the start of the step, metres.
@@ -108,6 +107,7 @@ impl Newton {
     pub(crate) fn solve(
         &mut self,
         view: &NewtonView<'_>,
+        springs: &mut SpringSweep,
         couplings: &mut Couplings<'_>,
         position_m: &mut [Vec3],
         force_n: &mut [Vec3],
@@ -126,7 +126,7 @@ impl Newton {
             {
                 break;
             }
-            done.coincident = view.rows.sweep(position_m, force_n);
+            done.coincident = springs.sweep(position_m, force_n);
             done.sweeps += 1;
             couplings.add_forces(force_n);
             self.find_residual(view, position_m, force_n);

@@ -10,7 +10,7 @@ use crate::finite::is_finite;
 use crate::tissue::load::Loads;
 use crate::tissue::network::SpringNetwork;
 use crate::tissue::patch_set::PatchSet;
-use crate::tissue::spring_rows::SpringRows;
+use crate::tissue::sweep::SpringSweep;
 use crate::vector::Vec3;
 
 /// When to stop.
@@ -60,13 +60,13 @@ pub fn settle(
 ) -> Settled {
     let start = position_m.to_vec();
     let step = steps_m_per_n(network);
-    let rows = SpringRows::new(network);
+    let mut springs = SpringSweep::new(network);
     let mut force = vec![Vec3::zeros(); position_m.len()];
     let mut velocity = vec![Vec3::zeros(); position_m.len()];
     let mut run = 0.0;
     let mut outcome = Settled { residual_n: f64::INFINITY, iterations: 0, end: SettleEnd::IterationsSpent };
     for iteration in 0..=params.max_iterations {
-        rows.sweep(position_m, &mut force);
+        springs.sweep(position_m, &mut force);
         if let Some((loads, patches)) = loads {
             loads.add(patches, &mut force);
         }

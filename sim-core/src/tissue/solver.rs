@@ -17,8 +17,8 @@ use crate::tissue::port::{Port, PortSolver, PortView};
 use crate::tissue::regulation::Attachments;
 use crate::tissue::scheme::Scheme;
 use crate::tissue::solver_params::{self, SolverError, SolverParams};
-use crate::tissue::spring_rows::SpringRows;
 use crate::tissue::stability::Stability;
+use crate::tissue::sweep::SpringSweep;
 use crate::vector::Vec3;
 
 mod step;
@@ -61,7 +61,7 @@ pub struct StepReport {
 #[derive(Clone, Debug)]
 pub struct TissueSolver {
     network: SpringNetwork,
-    rows: SpringRows,
+    springs: SpringSweep,
     patches: PatchSet,
     params: SolverParams,
     stability: Stability,
@@ -100,7 +100,7 @@ impl TissueSolver {
             responses: vec![PatchResponse::free(0.0); patches.len()],
             handles: std::array::from_fn(|_| None),
             ports: std::array::from_fn(|_| PortSolver::new(count)),
-            rows: SpringRows::new(&network),
+            springs: SpringSweep::new(&network),
             scheme: Scheme::new(params.integrator, &network),
             network,
             patches,

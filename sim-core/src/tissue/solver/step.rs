@@ -73,7 +73,7 @@ impl TissueSolver {
 
     /// Spring forces and loads at the current positions.
     fn gather(&mut self, stages: &Stages, report: &mut StepReport) {
-        report.coincident = self.rows.sweep(&self.state.position_m, &mut self.force_n);
+        report.coincident = self.springs.sweep(&self.state.position_m, &mut self.force_n);
         report.half_springs += self.network.half_edges.neighbour.len() as u64;
         if let Some(loads) = &stages.loads {
             report.contained += loads.add(&self.patches, &mut self.force_n);
@@ -122,13 +122,13 @@ impl TissueSolver {
         if let Some(loads) = &stages.loads {
             report.contained += loads.add(&self.patches, &mut self.force_n);
         }
-        let Self { scheme: Scheme::Bdf2(bdf2), network, rows, patches, mobility_m_per_n, state, params, .. } = self
+        let Self { scheme: Scheme::Bdf2(bdf2), network, springs, patches, mobility_m_per_n, state, params, .. } = self
         else {
             return;
         };
         let (spacing_m, params) = (self.spacing_m, &params.newton);
-        let around = Surroundings { network, rows, patches, mobility_m_per_n, params, h, limit_m, spacing_m };
-        let (counts, solved) = bdf2.step(&around, state, &mut self.force_n, stages);
+        let around = Surroundings { network, patches, mobility_m_per_n, params, h, limit_m, spacing_m };
+        let (counts, solved) = bdf2.step(&around, springs, state, &mut self.force_n, stages);
         report.saturated += counts.saturated;
         report.contained += counts.contained;
         report.coincident = solved.coincident;

@@ -1,0 +1,129 @@
+//! One source, several instruction sets: a kernel is written once over [`Lanes`] and compiled for AVX-512, AVX2 (with
+//! FMA), NEON and plain code; the best one that the processor has is taken at run time, by `pulp`.
+//!
+//! Equal inputs give equal bits on one instruction set. Between them the last bits differ: plain code has no fused
+//! multiply-add, and AVX-512 starts the reciprocal root from its 14-bit estimate (two Newton steps,
+//! `y ← y + y/2 (1 − x y²)`, relative error 1.5·(1.5·2⁻²⁸)² < 2⁻⁵³) where the others take a root and a quotient.
+//! [`KernelLevel`] caps the choice, so that a run can be repeated, or watched by a tool that knows no AVX-512.
+
+use pulp::{Simd, WithSimd};
+
+/// Upper limit of the instruction sets to take.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum KernelLevel {
+    /// The best that the processor has.
+    #[default]
+    Best,
+    /// On x86-64 at most AVX2 with FMA; elsewhere as `Best`.
+    Avx2,
+    /// No vectors beyond those that every processor of the target has.
+    Portable,
+}
+
+/// `f64` vectors of an instruction set.
+pub(super) type Wide<L> = <<L as Lanes>::Simd as Simd>::f64s;
+
+/// What a kernel asks of an instruction set.
+pub(super) trait Lanes: Copy {
+    /// Vectors of the full width.
+    type Simd: Simd;
+    /// Four numbers side by side.
+    type Quad: Copy;
+
+    /// Vectors of the full width.
+    fn simd(self) -> Self::Simd;
+    /// `1/√x`, to rounding; `x` in 1e-300..1e300.
+    fn inverse_root(self, x: Wide<Self>) -> Wide<Self>;
+
+    /// The four numbers of a node.
+    fn quad(self, from: [f64; 4]) -> Self::Quad;
+    /// The way back.
+    fn array(self, q: Self::Quad) -> [f64; 4];
+    /// `a − b`.
+    fn sub(self, a: Self::Quad, b: Self::Quad) -> Self::Quad;
+    /// `a b + c`.
+    fn mul_add(self, a: Self::Quad, b: Self::Quad, c: Self::Quad) -> Self::Quad;
+    /// `c − a b`.
+    fn neg_mul_add(self, a: Self::Quad, b: Self::Quad, c: Self::Quad) -> Self::Quad;
+    /// The larger, lane by lane.
+    fn max(self, a: Self::Quad, b: Self::Quad) -> Self::Quad;
+    /// The smaller, lane by lane.
+    fn min(self, a: Self::Quad, b: Self::Quad) -> Self::Quad;
+    /// Sum of the squares of each of four.
+    fn squares(self, d: [Self::Quad; 4]) -> Self::Quad;
+    /// `1/√x`, to rounding.
+    fn inverse_root_quad(self, x: Self::Quad) -> Self::Quad;
+    /// Each lane in all four lanes.
+    fn spread(self, q: Self::Quad) -> [Self::Quad; 4];
+}
+
+/// A computation over [`Lanes`].
+pub(super) trait Kernel {
+    /// What it returns.
+    type Output;
+    /// Runs it; to be inlined into the code of the instruction set.
+    fn run<L: Lanes>(self, lanes: L) -> Self::Output;
+}
+
+/// A kernel with its instruction set.
+struct On<K, L>(K, L);
+
+impl<K: Kernel, L: Lanes> WithSimd for On<K, L> {
+    type Output = K::Output;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> K::Output {
+        self.0.run(self.1)
+    }
+}
+
+impl KernelLevel {
+    /// Runs a kernel on the best instruction set within the limit.
+    #[cfg(target_arch = "x86_64")]
+    pub(super) fn run<K: Kernel>(self, kernel: K) -> K::Output {
+        use super::portable::Exact;
+        use pulp::x86::{V3, V4};
+        if self == Self::Best
+            && let Some(v4) = V4::try_new()
+        {
+            return Simd::vectorize(v4, On(kernel, v4));
+        }
+        if self != Self::Portable
+            && let Some(v3) = V3::try_new()
+        {
+            return Simd::vectorize(v3, On(kernel, v3));
+        }
+        kernel.run(Exact(pulp::Scalar::new()))
+    }
+
+    /// Runs a kernel on the best instruction set within the limit.
+    #[cfg(not(target_arch = "x86_64"))]
+    pub(super) fn run<K: Kernel>(self, kernel: K) -> K::Output {
+        use super::portable::{AnySimd, Exact};
+        match self {
+            Self::Portable => kernel.run(Exact(pulp::Scalar::new())),
+            Self::Best | Self::Avx2 => pulp::Arch::new().dispatch(AnySimd(kernel)),
+        }
+    }
+
+    /// Name of the instruction set that is taken, for reports.
+    #[must_use]
+    pub fn taken(self) -> &'static str {
+        self.run(NameOf)
+    }
+}
+
+struct NameOf;
+
+impl Kernel for NameOf {
+    type Output = &'static str;
+
+    fn run<L: Lanes>(self, _: L) -> &'static str {
+        match L::Simd::F64_LANES {
+            8 => "AVX-512",
+            4 => "AVX2",
+            2 => "128 bit",
+            _ => "portable",
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! The spring forces of a network on flat arrays, as fast as its shape allows.
+//!
+//! `F_a += (k − k L/|x_b − x_a|)(x_b − x_a)`, `F_b −=` the same (Zhang et al., Eq. (3), second line), with `k L` stored.
+//! Sheets and tubes: consecutive nodes along diagonals (`stencil`), the few springs off them as `edges`. Any other mesh:
+//! `rows`. Springs whose ends coincide (nearer than [`COINCIDENT_M`]) have no direction: they give no force and are
+//! counted. Equal inputs give equal bits on one instruction set; between instruction sets and between paths the sums
+//! differ by rounding. Deliberately absent: drag (the integrators treat it), attachments and stitches (constraints).
+
+mod aligned;
+mod diagonals;
+pub mod dispatch;
+mod portable;
+mod quads;
+mod stencil;
+#[cfg(test)]
+mod tests;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+use crate::tissue::force::{COINCIDENT_M, push};
+use crate::tissue::network::{Spring, SpringNetwork};
+use crate::vector::Vec3;
+use diagonals::Diagonals;
+use dispatch::KernelLevel;
+use quads::Quads;
+use stencil::Stencil;
+
+/// How a sweep visits the springs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KernelPath {
+    /// Each spring once, in the row of its lower node.
+    Rows,
+    /// Each spring from both ends; every node writes only its own force.
+    Gather,
+    /// Each spring once, along diagonals; springs off them one by one.
+    Stencil,
+}
+
+/// Share of springs on diagonals from which the stencil is chosen.
+const STENCIL_SHARE: f64 = 0.6;
+
+/// All springs of a network, ready to sweep.
+#[derive(Clone, Debug)]
+pub struct SpringSweep {
+    layout: Layout,
+    level: KernelLevel,
+    path: KernelPath,
+    /// Both ends of each spring, to count those that coincide.
+    ends: Vec<[u32; 2]>,
+    /// Springs that pull only: few, their push is taken out again after the sweep.
+    pulls_only: Vec<Spring>,
+}
+
+#[derive(Clone, Debug)]
+enum Layout {
+    Quads(Quads),
+    Stencil(Box<Stencil>, Option<Quads>),
+}
+
+impl SpringSweep {
+    /// Lays out a network on the path that suits it, for the best instruction set.
+    #[must_use]
+    pub fn new(network: &SpringNetwork) -> Self {
+        Self::automatic(network, KernelLevel::Best)
+    }
+
+    /// Lays out a network on the path that suits it.
+    #[must_use]
+    pub fn automatic(network: &SpringNetwork, level: KernelLevel) -> Self {
+        let (diagonals, rest) = Diagonals::find(&network.springs);
+        let regular = diagonals.springs as f64 >= STENCIL_SHARE * network.springs.len() as f64;
+        if !regular || network.springs.is_empty() {
+            return Self::with(network, KernelPath::Rows, level);
+        }
+        let rest = (!rest.is_empty()).then(|| Quads::edges(&rest));
+        let stencil = Box::new(Stencil::new(diagonals, network.node_count()));
+        Self::from_layout(network, Layout::Stencil(stencil, rest), KernelPath::Stencil, level)
+    }
+
+    /// Lays out a network on a given path.
+    #[must_use]
+    pub fn with(network: &SpringNetwork, path: KernelPath, level: KernelLevel) -> Self {
+        let (springs, nodes) = (&network.springs, network.node_count());
+        let layout = match path {
+            KernelPath::Rows => Layout::Quads(Quads::rows(springs, nodes)),
+            KernelPath::Gather => Layout::Quads(Quads::gather(springs, nodes)),
+            KernelPath::Stencil => {
+                let (diagonals, rest) = Diagonals::find(springs);
+                let rest = (!rest.is_empty()).then(|| Quads::edges(&rest));
+                Layout::Stencil(Box::new(Stencil::new(diagonals, nodes)), rest)
+            }
+        };
+        Self::from_layout(network, layout, path, level)
+    }
+
+    fn from_layout(network: &SpringNetwork, layout: Layout, path: KernelPath, level: KernelLevel) -> Self {
+        let ends = network.springs.iter().map(|s| [s.a, s.b]).collect();
+        let pulls_only = network.pulls_only.iter().map(|&i| network.springs[i as usize]).collect();
+        Self { layout, level, path, ends, pulls_only }
+    }
+
+    /// The path taken.
+    #[must_use]
+    pub fn path(&self) -> KernelPath {
+        self.path
+    }
+
+    /// The limit on instruction sets.
+    #[must_use]
+    pub fn level(&self) -> KernelLevel {
+        self.level
+    }
+
+    /// Springs on diagonals.
+    #[must_use]
+    pub fn regular_springs(&self) -> usize {
+        match &self.layout {
+            Layout::Quads(_) => 0,
+            Layout::Stencil(stencil, _) => stencil.springs(),
+        }
+    }
+
+    /// Writes the spring force on every node. Returns the number of springs whose ends coincide; they give no force.
+    ///
+    /// # Panics
+    /// When the slices are shorter than the network has nodes.
+    pub fn sweep(&mut self, position_m: &[Vec3], force_n: &mut [Vec3]) -> u32 {
+        let least = match &mut self.layout {
+            Layout::Quads(quads) => self.level.run(quads.sweep(position_m, force_n)),
+            Layout::Stencil(stencil, rest) => {
+                let least = self.level.run(stencil.sweep(position_m, force_n));
+                rest.as_mut().map_or(least, |rest| least.min(self.level.run(rest.sweep(position_m, force_n))))
+            }
+        };
+        for s in &self.pulls_only {
+            let (a, b) = (s.a as usize, s.b as usize);
+            let pushed = push(&position_m[a], &position_m[b], s.stiffness_n_per_m, s.rest_length_m);
+            force_n[a] -= pushed;
+            force_n[b] += pushed;
+        }
+        if least < COINCIDENT_M * COINCIDENT_M { self.count_coincident(position_m) } else { 0 }
+    }
+
+    /// Springs whose ends coincide.
+    #[cold]
+    fn count_coincident(&self, position_m: &[Vec3]) -> u32 {
+        let near =
+            |ends: &&[u32; 2]| (position_m[ends[1] as usize] - position_m[ends[0] as usize]).norm() < COINCIDENT_M;
+        self.ends.iter().filter(near).count() as u32
+    }
+}

@@ -1,0 +1,117 @@
+//! Kernels on AVX2 with FMA and on AVX-512. Quads are one 256-bit register on both. No closure, and no function of the
+//! standard library that takes one, may hold a vector: it would be compiled for plain code, each operation a call.
+//!
+//! AVX-512 takes the wide `1/√x` from its estimate of 2⁻¹⁴ and two Newton steps; AVX2 has no estimate for `f64`, and its
+//! root and quotient are faster than a start in `f32` with a third-order step. Quads take root and quotient on both: they
+//! wait for memory, not for the divider.
+
+use super::dispatch::{Lanes, Wide};
+use pulp::x86::{V3, V4};
+use pulp::{Simd, cast, f64x4};
+
+/// Steps from the estimate of 2⁻¹⁴ to rounding.
+const NEWTON_STEPS: u32 = 2;
+/// Beyond it the estimate would be 0, and a Newton step of it not a number.
+const LARGEST: f64 = 1.0e300;
+
+/// The quad functions, which both levels share.
+macro_rules! quads {
+    () => {
+        type Quad = f64x4;
+
+        #[inline(always)]
+        fn simd(self) -> Self {
+            self
+        }
+
+        #[inline(always)]
+        fn quad(self, from: [f64; 4]) -> f64x4 {
+            cast(from)
+        }
+
+        #[inline(always)]
+        fn array(self, q: f64x4) -> [f64; 4] {
+            cast(q)
+        }
+
+        #[inline(always)]
+        fn sub(self, a: f64x4, b: f64x4) -> f64x4 {
+            cast(self.avx._mm256_sub_pd(cast(a), cast(b)))
+        }
+
+        #[inline(always)]
+        fn mul_add(self, a: f64x4, b: f64x4, c: f64x4) -> f64x4 {
+            cast(self.fma._mm256_fmadd_pd(cast(a), cast(b), cast(c)))
+        }
+
+        #[inline(always)]
+        fn neg_mul_add(self, a: f64x4, b: f64x4, c: f64x4) -> f64x4 {
+            cast(self.fma._mm256_fnmadd_pd(cast(a), cast(b), cast(c)))
+        }
+
+        #[inline(always)]
+        fn max(self, a: f64x4, b: f64x4) -> f64x4 {
+            cast(self.avx._mm256_max_pd(cast(a), cast(b)))
+        }
+
+        #[inline(always)]
+        fn min(self, a: f64x4, b: f64x4) -> f64x4 {
+            cast(self.avx._mm256_min_pd(cast(a), cast(b)))
+        }
+
+        #[inline(always)]
+        fn squares(self, d: [f64x4; 4]) -> f64x4 {
+            let avx = self.avx;
+            let [p, q, r, s] = [cast(d[0]), cast(d[1]), cast(d[2]), cast(d[3])];
+            // Lanes (0, 1) and (2, 3) of two vectors summed, in turn.
+            let first = avx._mm256_hadd_pd(avx._mm256_mul_pd(p, p), avx._mm256_mul_pd(q, q));
+            let second = avx._mm256_hadd_pd(avx._mm256_mul_pd(r, r), avx._mm256_mul_pd(s, s));
+            let crossed = avx._mm256_permute2f128_pd::<0x21>(first, second);
+            let straight = avx._mm256_blend_pd::<0b1100>(first, second);
+            cast(avx._mm256_add_pd(crossed, straight))
+        }
+
+        #[inline(always)]
+        fn inverse_root_quad(self, x: f64x4) -> f64x4 {
+            cast(self.avx._mm256_div_pd(self.avx._mm256_set1_pd(1.0), self.avx._mm256_sqrt_pd(cast(x))))
+        }
+
+        #[inline(always)]
+        fn spread(self, q: f64x4) -> [f64x4; 4] {
+            let avx2 = self.avx2;
+            [
+                cast(avx2._mm256_permute4x64_pd::<0x00>(cast(q))),
+                cast(avx2._mm256_permute4x64_pd::<0x55>(cast(q))),
+                cast(avx2._mm256_permute4x64_pd::<0xaa>(cast(q))),
+                cast(avx2._mm256_permute4x64_pd::<0xff>(cast(q))),
+            ]
+        }
+    };
+}
+
+impl Lanes for V3 {
+    type Simd = Self;
+    quads!();
+
+    #[inline(always)]
+    fn inverse_root(self, x: Wide<Self>) -> Wide<Self> {
+        self.div_f64s(self.splat_f64s(1.0), self.sqrt_f64s(x))
+    }
+}
+
+impl Lanes for V4 {
+    type Simd = Self;
+    quads!();
+
+    #[inline(always)]
+    fn inverse_root(self, x: Wide<Self>) -> Wide<Self> {
+        let (one, half) = (self.splat_f64s(1.0), self.splat_f64s(0.5));
+        let x = self.min_f64s(x, self.splat_f64s(LARGEST));
+        let mut y = cast(self.avx512f._mm512_rsqrt14_pd(cast(x)));
+        for _ in 0..NEWTON_STEPS {
+            let rest = self.negate_mul_add_f64s(self.mul_f64s(x, y), y, one);
+            y = self.mul_add_f64s(self.mul_f64s(y, half), rest, y);
+        }
+        y
+    }
+}
