@@ -36,11 +36,12 @@ pub(super) fn run(args: &LockstepArgs) -> Result<RunSummary, ServerError> {
     let params = args.servo.as_deref().map_or_else(|| Ok(ServoConfig::default()), scene_file::servo_config)?;
     let params =
         ServoParams::new(&params, &DeviceLimits::OMNI).map_err(|e| ServerError::Configuration(e.to_string()))?;
+    let mut session = SolverSession::new(&scenes).map_err(|e| scene_file::refused(&args.scene, &e))?;
     lockstep::run(LockstepJob {
         scene: args.scene.label(),
         hand: args.hand.hand.to_string(),
         registration: std::mem::take(&mut rig.registration),
-        session: SolverSession::new(&scenes).map_err(|e| scene_file::refused(&args.scene, &e))?,
+        session: &mut session,
         params,
         longest_s: args.duration.or(rig.ends_after_s).unwrap_or(LONGEST_S),
         ends: if args.duration.is_some() { RunEnd::AfterTime } else { RunEnd::WhenFinished },

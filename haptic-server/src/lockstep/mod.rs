@@ -31,8 +31,8 @@ pub struct LockstepJob<'a> {
     pub hand: String,
     /// How a recorded hand was placed, in words.
     pub registration: String,
-    /// The tissue side.
-    pub session: SolverSession,
+    /// The tissue side; after the run it stands as the run left it.
+    pub session: &'a mut SolverSession,
     /// The device that is driven.
     pub device: &'a mut dyn PulledDevice,
     /// Its servo constants.
@@ -59,7 +59,7 @@ pub enum RunEnd {
 /// # Errors
 /// A folder or file that cannot be written.
 pub fn run(job: LockstepJob<'_>) -> Result<RunSummary, ServerError> {
-    let LockstepJob { scene, hand, registration, mut session, device, params, longest_s, ends, out } = job;
+    let LockstepJob { scene, hand, registration, session, device, params, longest_s, ends, out } = job;
     if let Some(folder) = &out {
         fs::create_dir_all(folder).map_err(|e| cannot_write(folder, &e))?;
     }
@@ -77,7 +77,7 @@ pub fn run(job: LockstepJob<'_>) -> Result<RunSummary, ServerError> {
     let shown = out.clone().unwrap_or_default();
     let mut trace = Trace::new(reserve, writer, report).map_err(|e| cannot_write(&shown, &e))?;
     let end = End { ticks, when_finished: ends == RunEnd::WhenFinished };
-    let mut room = LockstepRoom::new(&params, &mut session, &mut trace, end);
+    let mut room = LockstepRoom::new(&params, session, &mut trace, end);
     run_pulled(device, &mut room);
     let servo = room.into_servo();
     trace.finish().map_err(|e| cannot_write(&shown, &e))?;

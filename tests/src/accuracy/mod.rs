@@ -6,15 +6,19 @@
 //! leaves what it has.
 
 mod cli;
+pub mod curves;
+pub mod deviations;
 mod document;
 pub mod extremes;
 mod head;
 mod page;
 mod parts;
 pub mod plot;
+pub mod refinement;
 mod regression;
 pub mod section;
 pub mod statics;
 pub mod validation;
+pub mod wound_figures;
 
 pub use cli::main;

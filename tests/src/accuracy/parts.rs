@@ -4,7 +4,7 @@
 
 use super::extremes;
 use super::section::{Effort, Progress, Section};
-use super::validation;
+use super::{curves, deviations, refinement, validation, wound_figures};
 
 /// What was asked for.
 #[derive(Clone, Debug)]
@@ -42,6 +42,10 @@ pub(super) fn keys() -> Vec<&'static str> {
 fn all() -> Vec<Part> {
     vec![
         Part { keys: &["extremes"], measure: |r, p| vec![extremes::measure(r.effort, p)] },
+        Part { keys: &["refinement"], measure: |r, p| vec![refinement::measure(r.effort, p)] },
+        Part { keys: &["curves"], measure: |r, p| vec![curves::measure(r.effort, p)] },
+        Part { keys: &["wound_control"], measure: |r, p| vec![wound_figures::measure(r.effort, p)] },
+        Part { keys: &["deviations"], measure: |r, p| vec![deviations::measure(r.effort, p)] },
         Part { keys: &["validation"], measure: |r, p| vec![validation::measure(r.effort, p)] },
     ]
 }

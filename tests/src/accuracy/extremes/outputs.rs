@@ -137,12 +137,12 @@ fn bad_words(folder: &Path) -> std::io::Result<(usize, usize)> {
 fn files_of_a_bad_device() -> Outcome {
     let folder = Folder::new("bad-device");
     let mut device = BadDevice { ticks: 0, sound: true };
-    let session = SolverSession::new(&[SceneSource { config: small_skin(), mesh: None }]).expect("the scene loads");
+    let mut session = SolverSession::new(&[SceneSource { config: small_skin(), mesh: None }]).expect("the scene loads");
     let summary = run(LockstepJob {
         scene: "skin".to_owned(),
         hand: "none".to_owned(),
         registration: String::new(),
-        session,
+        session: &mut session,
         device: &mut device,
         params: params(),
         longest_s: 1.0,
