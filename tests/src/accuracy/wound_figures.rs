@@ -162,11 +162,15 @@ fn wounds_svg(wounds: &[(&str, Sutured)]) -> String {
 
 fn draw_wound(svg: &mut Svg, scene: &Scene, at: &dyn Fn(&Vec3) -> (f64, f64)) {
     let (tissue, x) = (scene.tissue(), &scene.solver().state().position_m);
-    let inside = |p: &Vec3| p.x.abs() <= HALF_M[0] && p.y.abs() <= HALF_M[1];
+    // Chosen by the built shape, so that both pictures show the same tissue.
+    let built = &tissue.network.rest_m;
+    let inside = |c: &u32| built[*c as usize].x.abs() <= HALF_M[0] && built[*c as usize].y.abs() <= HALF_M[1];
     for corners in &tissue.triangles {
-        let points = corners.map(|c| x[c as usize]);
-        if points.iter().all(inside) {
-            svg.polygon(&points.map(|p| at(&p)), r##"fill="#f3d3bf" stroke="#e2b79c" stroke-width="0.5""##);
+        if corners.iter().all(inside) {
+            svg.polygon(
+                &corners.map(|c| at(&x[c as usize])),
+                r##"fill="#f3d3bf" stroke="#e2b79c" stroke-width="0.5""##,
+            );
         }
     }
     let edge: Vec<(f64, f64)> = tissue.wound_edge.iter().map(|n| at(&x[*n as usize])).collect();

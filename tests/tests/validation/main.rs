@@ -1,4 +1,6 @@
-//! What the validation part of the accuracy report says, on coarse meshes: cases V1 to V6 against published figures and
-//! closed forms.
+//! What the report says of validation, refinement, deviations and curves, on small meshes: each against a published figure
+//! or a closed form.
 
 mod cases;
+mod departures;
+mod meshes;

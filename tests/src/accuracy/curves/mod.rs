@@ -10,7 +10,7 @@ pub mod rig;
 
 use super::plot::{self, Axis, Panel, Series, nth_style, panels_svg};
 use super::section::{Effort, Figure, Progress, Row, Section};
-use rig::{Level, Model, Pull, pull, specimen};
+use rig::{Level, Model, Pace, Pull, pull, specimen};
 use serde_json::json;
 use sim_core::scene::presets;
 
@@ -25,7 +25,10 @@ struct Curve {
 /// Pulls every tissue under every model.
 #[must_use]
 pub fn measure(effort: Effort, progress: &Progress<'_>) -> Section {
-    let levels = if effort == Effort::Quick { 3 } else { 10 };
+    let pace = match effort {
+        Effort::Quick => Pace { levels: 3, periods: 80 },
+        Effort::Full => Pace { levels: 10, periods: 200 },
+    };
     let mut curves = Vec::new();
     for scene in ["skin", "liver", "vessel"] {
         let Some(config) = presets::by_name(scene) else { continue };
@@ -36,7 +39,7 @@ pub fn measure(effort: Effort, progress: &Progress<'_>) -> Section {
             (progress.say)(&format!("{scene}, {}", model.name()));
             let Some(specimen) = specimen(&config, model) else { continue };
             for which in [Pull::OnePoint, Pull::Together] {
-                if let Some(levels) = pull(&specimen, model, which, levels) {
+                if let Some(levels) = pull(&specimen, model, which, pace) {
                     curves.push(Curve { scene, model, pull: which, levels });
                 }
             }

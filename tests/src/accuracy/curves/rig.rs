@@ -1,7 +1,7 @@
 //! One tissue under one model, and the two pulls of Figs. 6 and 7.
 //!
-//! A pull goes in equal levels: a quarter of a second on the way, three quarters held, then the force on the suture point
-//! is read from its port, as the hand feels it. That is slow beside the tissue's own motion, not the limit of rest.
+//! A pull goes in equal levels: a quarter of each level's time on the way, three quarters held, then the force on the suture
+//! point is read from its port, as the hand feels it. That is slow beside the tissue's own motion, not the limit of rest.
 
 use super::boxes::{BoxSpec, build};
 use sim_core::scene::config::SceneConfig;
@@ -12,13 +12,13 @@ use sim_core::tissue::network::{SpringNetwork, TissueState};
 use sim_core::tissue::patch_set::{PatchId, PatchSet};
 use sim_core::tissue::regulation::{Attachments, Engagement};
 use sim_core::tissue::solver::{Stages, TissueSolver};
-use sim_core::tissue::solver_params::SolverParams;
+use sim_core::tissue::solver_params::{SolverParams, SubstepPolicy};
 use sim_core::vector::Vec3;
 
 /// Solver period: the presets', seconds.
 const PERIOD_S: f64 = 5e-3;
-/// Periods on the way to a level, and held there.
-const PERIODS: [u32; 2] = [50, 150];
+/// Sub-steps of extended position-based dynamics, as systems that use it in real time can afford.
+const XPBD_SUBSTEPS: u32 = 4;
 
 /// A model of Figs. 6 and 7.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,9 +43,9 @@ impl Model {
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
-            Self::Ours => "relaxed LRA (the paper's models)",
+            Self::Ours => "relaxed LRA (ours)",
             Self::Plain => "plain mass-spring",
-            Self::HardTether => "hard LRA (beta = 0)",
+            Self::HardTether => "hard LRA (β = 0)",
             Self::Xpbd => "XPBD",
             Self::SpringBoxes => "spring boxes (after Choi)",
         }
@@ -59,6 +59,15 @@ pub enum Pull {
     OnePoint,
     /// Both suture points together until the edges touch: Fig. 7.
     Together,
+}
+
+/// How slowly a specimen is pulled.
+#[derive(Clone, Copy, Debug)]
+pub struct Pace {
+    /// Levels on the way.
+    pub levels: u32,
+    /// Solver periods of one level.
+    pub periods: u32,
 }
 
 /// A network with its suture points, ready to be pulled.
@@ -126,11 +135,14 @@ pub fn specimen(config: &SceneConfig, model: Model) -> Option<Specimen> {
     })
 }
 
-/// Pulls a specimen in `levels` levels; `None` when the solver refuses it.
+/// Pulls a specimen; `None` when the solver refuses it.
 #[must_use]
-pub fn pull(specimen: &Specimen, model: Model, pull: Pull, levels: u32) -> Option<Vec<Level>> {
-    let integrator = if model == Model::Xpbd { Integrator::Xpbd } else { Integrator::SemiImplicit };
-    let params = SolverParams { integrator, ..SolverParams::with_period(PERIOD_S) };
+pub fn pull(specimen: &Specimen, model: Model, pull: Pull, pace: Pace) -> Option<Vec<Level>> {
+    let mut params = SolverParams::with_period(PERIOD_S);
+    if model == Model::Xpbd {
+        params.integrator = Integrator::Xpbd;
+        params.substeps = SubstepPolicy::Demanded(XPBD_SUBSTEPS);
+    }
     let mut solver = TissueSolver::new(specimen.network.clone(), specimen.patches.clone(), params).ok()?;
     solver.reset(&specimen.state).ok()?;
     let patches = [PatchId(2 * specimen.pair), PatchId(2 * specimen.pair + 1)];
@@ -152,10 +164,10 @@ pub fn pull(specimen: &Specimen, model: Model, pull: Pull, levels: u32) -> Optio
     }
     let mut curve = vec![Level { deformation_m: 0.0, distance_m: (right - left).norm(), force_n: 0.0 }];
     let rest_n = solver.port(hands[0], &stages)?.force_n;
-    for level in 0..levels {
-        for period in 1..=PERIODS[0] + PERIODS[1] {
-            let share = (f64::from(period) / f64::from(PERIODS[0])).min(1.0);
-            let way = way_m * (f64::from(level) + share) / f64::from(levels);
+    for level in 0..pace.levels {
+        for period in 1..=pace.periods {
+            let share = (4.0 * f64::from(period) / f64::from(pace.periods)).min(1.0);
+            let way = way_m * (f64::from(level) + share) / f64::from(pace.levels);
             for ((&hand, direction), start) in hands.iter().zip(held).zip([left, right]) {
                 solver.lead(hand, start + direction * way);
             }

@@ -33,6 +33,8 @@ pub struct Rig {
 /// What is found at rest.
 #[derive(Clone, Copy, Debug)]
 pub struct Held {
+    /// Projections per second: solver rate times its sub-steps, each of which projects once.
+    pub projections_hz: f64,
     /// Force on the hand, newtons.
     pub force_n: f64,
     /// Its part that springs make.
@@ -110,6 +112,7 @@ pub fn hold_at_rate(rig: &Rig, rate_hz: f64, mode: RegulationMode) -> Option<Hel
     let excess = |(node, rest): &(u32, f64)| (x[*node as usize] - center).norm() - rest;
     let speed = |(node, _): &(u32, f64)| solver.state().velocity_m_per_s[*node as usize].norm();
     Some(Held {
+        projections_hz: rate_hz * f64::from(solver.stability().substeps),
         force_n: port.force_n.norm(),
         springs_n: at_end.force_on(|n| rig.patch.contains(&n)).norm(),
         rim_n: at_end.force_on(|n| rig.network.fixed[n as usize] != 0).norm(),
