@@ -53,6 +53,7 @@ pub fn suture(scene: &str, control: ControlReading) -> Option<Sutured> {
         hand: &HandChoice::Synthetic,
         side: HandSide::default(),
         length: RunLength::OfTheHand,
+        library: None,
     })
     .ok()?;
     lockstep::run(LockstepJob {
@@ -60,7 +61,7 @@ pub fn suture(scene: &str, control: ControlReading) -> Option<Sutured> {
         hand: "synthetic".to_owned(),
         registration: String::new(),
         session: &mut session,
-        device: rig.device.pulled(),
+        device: rig.device.pulled()?,
         params: ServoParams::new(&ServoConfig::default(), &DeviceLimits::OMNI).ok()?,
         longest_s: LONGEST_S,
         ends: RunEnd::WhenFinished,
