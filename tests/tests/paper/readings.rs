@@ -141,7 +141,7 @@ fn sutured(config: &SceneConfig, seconds: f64) -> RunSummary {
         scene: config.name.clone(),
         hand: "synthetic".into(),
         registration: String::new(),
-        session: SolverSession::new(&[source]).expect("a preset with other readings"),
+        session: &mut SolverSession::new(&[source]).expect("a preset with other readings"),
         device: rig.device.pulled().expect("a simulated device is asked once per tick"),
         params: ServoParams::new(&ServoConfig::default(), &DeviceLimits::OMNI).expect("defaults"),
         longest_s: seconds,
