@@ -17,6 +17,7 @@ pub mod plot;
 pub mod refinement;
 mod regression;
 pub mod section;
+pub mod stability_map;
 pub mod statics;
 pub mod validation;
 pub mod wound_figures;

@@ -4,7 +4,7 @@
 
 use super::extremes;
 use super::section::{Effort, Progress, Section};
-use super::{curves, deviations, refinement, validation, wound_figures};
+use super::{curves, deviations, refinement, stability_map, validation, wound_figures};
 
 /// What was asked for.
 #[derive(Clone, Debug)]
@@ -41,6 +41,7 @@ pub(super) fn keys() -> Vec<&'static str> {
 
 fn all() -> Vec<Part> {
     vec![
+        Part { keys: &["stability"], measure: |r, p| vec![stability_map::measure(r.effort, p)] },
         Part { keys: &["extremes"], measure: |r, p| vec![extremes::measure(r.effort, p)] },
         Part { keys: &["refinement"], measure: |r, p| vec![refinement::measure(r.effort, p)] },
         Part { keys: &["curves"], measure: |r, p| vec![curves::measure(r.effort, p)] },
