@@ -3,6 +3,18 @@
 //! ẍ_i = (Σ_e k_e (ℓ_e − L_e) ê − c_i ẋ_i + f_i) / m_i, fixed nodes at rest. Independent of sim-core on purpose: own
 //! vectors, own force loop over edges (no compressed rows), no shared function; from a [`SpringNetwork`] it takes the
 //! spring list only. Slow and of order 4; for checks, never for the product.
+//!
+//! `driven`, `explicit` and `implicit_midpoint` are the two references of the accuracy report: flat, and as different from
+//! each other as the same springs allow.
+
+mod driven;
+mod edges;
+mod explicit;
+mod implicit_midpoint;
+
+pub use driven::{Difference, Driven, Probe, Samples};
+pub use explicit::{ExplicitMethod, explicit_run, explicit_step_s};
+pub use implicit_midpoint::midpoint_run;
 
 use sim_core::tissue::network::{SpringNetwork, TissueState};
 
@@ -131,6 +143,7 @@ mod tests {
     use super::*;
     use crate::closed_forms::{SpringMassDamper, chain_frequency};
     use crate::generators::chain;
+    use sim_core::vector::Vec3;
 
     fn oscillator_error(dt_s: f64) -> f64 {
         let system = SpringMassDamper { mass_kg: 0.01, drag_n_s_per_m: 0.05, stiffness_n_per_m: 200.0 };
@@ -165,5 +178,44 @@ mod tests {
         reference.run(period / 2000.0, 2000);
         let off = (0..=links).map(|i| (reference.position_m[i][0] - start[i].x).abs()).fold(0.0, f64::max);
         assert!(off < 1e-11, "{off}");
+    }
+
+    fn pulled_sheet(drag_n_s_per_m: f64, run: impl Fn(&Driven<'_>) -> Option<Samples>) -> (Samples, Vec<Vec3>) {
+        let network = crate::generators::sheet(6, 5, 0.002, 160.0, 1e-5, drag_n_s_per_m);
+        let network = crate::generators::with_fixed(network, |i| crate::generators::on_rim(i, 6, 5));
+        let network = crate::generators::pre_strained(network, 0.05);
+        let start = network.rest_m.clone();
+        let path = |t: f64| [0.0, 0.0, 1e-3 * (1.0 - (std::f64::consts::TAU * t / 0.04).cos())];
+        let driven = Driven {
+            network: &network,
+            start_m: &start,
+            held: &[8],
+            path: &path,
+            loads: &[],
+            end_s: 0.04,
+            sample_s: 0.01,
+        };
+        (run(&driven).expect("nobody stops it and Newton ends"), start)
+    }
+
+    #[test]
+    fn explicit_and_implicit_references_agree_with_much_and_little_drag() {
+        use std::sync::atomic::AtomicBool;
+        let never = AtomicBool::new(false);
+        for drag in [0.0, 0.02, 3.0] {
+            let explicit =
+                |method| pulled_sheet(drag, |d| explicit_run(d, method, explicit_step_s(d, method, 0.1).0, &never)).0;
+            let (runge_kutta, verlet) = (explicit(ExplicitMethod::RungeKutta), explicit(ExplicitMethod::Verlet));
+            let midpoint = |dt_s| pulled_sheet(drag, |d| midpoint_run(d, dt_s, &never));
+            let ((coarse, _), (fine, start)) = (midpoint(4e-5), midpoint(2e-5));
+            let order =
+                (coarse.against(&runge_kutta, &start).position / fine.against(&runge_kutta, &start).position).log2();
+            assert!((order - 2.0).abs() < 0.1, "drag {drag}: midpoint is of order {order}");
+            let off = fine.extrapolated(&coarse, 2).against(&runge_kutta, &start);
+            // What a table of the report needs.
+            assert!(off.position < 1e-6 && off.force < 1e-6, "drag {drag}: {off:?}");
+            let off = verlet.against(&runge_kutta, &start);
+            assert!(off.position < 1e-4 && off.force < 1e-4, "drag {drag}: {off:?}");
+        }
     }
 }

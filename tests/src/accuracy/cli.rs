@@ -6,6 +6,7 @@
 
 use super::document::Report;
 use super::head::Head;
+use super::networks;
 use super::parts::{Part, Request, keep_scenes, keys, parts};
 use super::regression;
 use super::section::{Effort, Progress};
@@ -36,6 +37,9 @@ struct Arguments {
     /// Only these scenes: skin, liver, vessel.
     #[arg(long, value_name = "SCENE", value_parser = ["skin", "liver", "vessel"])]
     scene: Vec<String>,
+    /// Spring networks (spring-network/1 JSON) on which every integrator is measured.
+    #[arg(long, value_name = "FILE.json", num_args = 1..)]
+    network: Vec<PathBuf>,
     /// Only the parts with these keys (see report.json), for instance work_precision.
     #[arg(long, value_name = "KEY")]
     only: Vec<String>,
@@ -78,6 +82,7 @@ fn run(arguments: &Arguments) -> Result<u8, ServerError> {
     let request = Request {
         effort: if arguments.quick { Effort::Quick } else { Effort::Full },
         scenes: arguments.scene.clone(),
+        networks: arguments.network.iter().map(|path| networks::read(path)).collect::<Result<_, _>>()?,
         only: arguments.only.clone(),
     };
     let folder = match (&arguments.out, arguments.json) {
@@ -148,10 +153,12 @@ fn measure(
 /// Raised by the first interrupt; the second ends the program.
 fn interrupt_flag() -> Result<Arc<AtomicBool>, ServerError> {
     let stop = Arc::new(AtomicBool::new(false));
+    let fail = |e| ServerError::Internal(format!("cannot watch signals: {e}; check the process limits"));
+    // Only a person interrupts twice: `timeout` sends SIGTERM to the process and again to its group.
+    signal_hook::flag::register_conditional_shutdown(SIGINT, i32::from(exit::INTERRUPTED), stop.clone())
+        .map_err(fail)?;
     for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register_conditional_shutdown(signal, i32::from(exit::INTERRUPTED), stop.clone())
-            .and_then(|_| signal_hook::flag::register(signal, stop.clone()))
-            .map_err(|e| ServerError::Internal(format!("cannot watch signals: {e}; check the process limits")))?;
+        signal_hook::flag::register(signal, stop.clone()).map_err(fail)?;
     }
     Ok(stop)
 }
@@ -183,13 +190,14 @@ mod tests {
         Arguments::command().debug_assert();
         let parse = |line: &str| Arguments::try_parse_from(line.split(' '));
         assert!(parse("accuracy-report --scene kidney").is_err());
-        let given = parse("accuracy-report --quick --scene skin --out d --json").expect("parses");
-        assert_eq!((given.scene.len(), given.quick, given.json), (1, true, true));
+        let given =
+            parse("accuracy-report --quick --scene skin --network a.json b.json --out d --json").expect("parses");
+        assert_eq!((given.network.len(), given.quick, given.json), (2, true, true));
     }
 
     #[test]
     fn a_report_that_is_stopped_at_once_names_every_part() {
-        let request = Request { effort: Effort::Quick, scenes: vec![], only: vec![] };
+        let request = Request { effort: Effort::Quick, scenes: vec![], networks: Vec::new(), only: vec![] };
         let report = measure(&request, &AtomicBool::new(true), |_| Ok(())).expect("no part was begun");
         assert!(report.sections.is_empty() && report.not_measured.len() == keys().len());
         assert!(keys().iter().all(|key| report.to_json()[*key] == serde_json::json!([])));

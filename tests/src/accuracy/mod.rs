@@ -5,21 +5,30 @@
 //! of the same key. `cli` runs the parts in order and writes the report anew after each, so that a run that is stopped
 //! leaves what it has.
 
+mod cases;
 mod cli;
+mod cpu_clock;
 pub mod curves;
 pub mod deviations;
 mod document;
 pub mod extremes;
 mod head;
+mod network_file;
+mod networks;
+mod non_smooth;
 mod page;
 mod parts;
 pub mod plot;
+mod rates;
 pub mod refinement;
 mod regression;
 pub mod section;
 pub mod stability_map;
 pub mod statics;
+mod tissue_run;
+mod truth;
 pub mod validation;
+mod work_precision;
 pub mod wound_figures;
 
 pub use cli::main;

@@ -3,7 +3,11 @@
 //! One line per part. A part gives one section or several that belong together.
 
 use super::extremes;
+use super::network_file;
+use super::networks::NetworkFile;
+use super::rates;
 use super::section::{Effort, Progress, Section};
+use super::work_precision;
 use super::{curves, deviations, refinement, stability_map, validation, wound_figures};
 
 /// What was asked for.
@@ -12,6 +16,8 @@ pub(super) struct Request {
     pub(super) effort: Effort,
     /// Scenes by name; empty for all.
     pub(super) scenes: Vec<String>,
+    /// Files of spring networks.
+    pub(super) networks: Vec<NetworkFile>,
     /// Keys of the parts that shall be measured; empty for all.
     pub(super) only: Vec<String>,
 }
@@ -41,6 +47,12 @@ pub(super) fn keys() -> Vec<&'static str> {
 
 fn all() -> Vec<Part> {
     vec![
+        Part {
+            keys: &["reference_agreement", "work_precision", "non_smooth"],
+            measure: |r, p| work_precision::measure(r.effort, &r.scenes, p),
+        },
+        Part { keys: &["rates"], measure: |_, p| vec![rates::measure(p)] },
+        Part { keys: &["network"], measure: |r, p| network_file::measure(&r.networks, r.effort, p) },
         Part { keys: &["stability"], measure: |r, p| vec![stability_map::measure(r.effort, p)] },
         Part { keys: &["extremes"], measure: |r, p| vec![extremes::measure(r.effort, p)] },
         Part { keys: &["refinement"], measure: |r, p| vec![refinement::measure(r.effort, p)] },

@@ -60,7 +60,7 @@ const TOP: f64 = 26.0;
 const BOTTOM: f64 = 46.0;
 const HEAD: f64 = 34.0;
 const LEGEND_ROW: f64 = 18.0;
-const LEGEND_COLUMN: f64 = 190.0;
+const LEGEND_COLUMN: f64 = 215.0;
 
 /// Draws panels in rows of `columns` with one legend for all; series of equal name share their entry.
 #[must_use]
@@ -115,7 +115,9 @@ fn draw_panel(svg: &mut Svg, (left, top): (f64, f64), panel: &Panel) {
         })
     };
     let crosses = panel.series.iter().flat_map(|s| s.unstable_at.iter().copied());
-    let x_axis = Fitted::new(&panel.x, points().map(|p| p.0).chain(level(true)).chain(crosses));
+    // A vertical level stands inside the panel, not on its rim.
+    let beyond = level(true).flat_map(|v| [v / 1.5, v * 1.5]);
+    let x_axis = Fitted::new(&panel.x, points().map(|p| p.0).chain(beyond).chain(crosses));
     let y_axis = Fitted::new(&panel.y, points().map(|p| p.1).chain(level(false)));
     let (right, bottom) = (left + PLOT.0, top + PLOT.1);
     let px = |v: f64| x_axis.place(v).map(|t| left + t * PLOT.0);

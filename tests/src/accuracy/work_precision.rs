@@ -1,0 +1,216 @@
+//! Error against run time: nine smooth cases, every integrator, a ladder of steps.
+//!
+//! Errors against the reference (`truth`), root mean square over nodes and sample times, relative to the motion and to the
+//! force on the hand. Refused and diverged runs stay in the table, marked unstable, and in the figures as ×. A ladder ends
+//! where a run would cost more than the effort allows.
+
+use super::cases::{Case, Regime, SAMPLE_S, SCENES};
+use super::non_smooth;
+use super::plot::{Axis, Level, Panel, Series, integrator_style, panels_svg};
+use super::section::{Effort, Figure, Progress, Row, Section};
+use super::tissue_run::{Extras, TissueRun, run};
+use super::truth::{self, Judged};
+use crate::reference::{Difference, Samples};
+use serde_json::{Value, json};
+use sim_core::tissue::integrator::Integrator;
+
+/// Steps between two samples: 10 ms down to 1 µs.
+const LADDER: [usize; 13] = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000];
+/// A run whose positions are off by more than its motion follows nothing.
+const LOST: f64 = 1.0;
+
+/// One point of the diagram.
+#[derive(Clone, Debug)]
+pub(super) struct Point {
+    pub(super) integrator: Integrator,
+    pub(super) dt_s: f64,
+    /// `None` when the run was refused.
+    pub(super) run: Option<TissueRun>,
+    pub(super) off: Option<Difference>,
+    pub(super) note: String,
+}
+
+impl Point {
+    pub(super) fn unstable(&self) -> bool {
+        let follows = |d: Difference| d.position <= LOST && d.force.is_finite();
+        !self.off.is_some_and(follows) || self.run.as_ref().is_some_and(|r| r.contained > 0)
+    }
+
+    /// Processor time per simulated time.
+    pub(super) fn cpu_per_sim(&self) -> Option<f64> {
+        self.run.as_ref().map(|r| r.cpu_s / super::cases::END_S)
+    }
+}
+
+/// Most processor time per simulated time of one run.
+const fn dearest(effort: Effort) -> f64 {
+    match effort {
+        Effort::Quick => 0.5,
+        Effort::Full => 6.0,
+    }
+}
+
+/// All sections of this part.
+pub(super) fn measure(effort: Effort, wanted: &[String], progress: &Progress<'_>) -> Vec<Section> {
+    let scenes = SCENES.into_iter().filter(|s| wanted.is_empty() || wanted.iter().any(|w| w == s));
+    let (mut cases, mut refused) = (Vec::new(), Vec::new());
+    for scene in scenes.clone() {
+        match Case::of_scene(scene, effort) {
+            Ok(built) => cases.extend(built),
+            Err(error) => refused.push(format!("{scene} could not be built: {error}")),
+        }
+    }
+    let judged = truth::judge(cases, effort, progress);
+    let mut section = Section {
+        key: "work_precision",
+        title: "Error against run time".into(),
+        words: words(effort),
+        figures: Vec::new(),
+        rows: Vec::new(),
+    };
+    section.words.extend(refused);
+    for scene in scenes.clone() {
+        let mut panels = Vec::new();
+        for Judged { case, truth, .. } in judged.iter().filter(|j| j.case.scene == scene) {
+            let Some(truth) = truth else { continue };
+            let points = ladder(case, truth, effort, progress);
+            section.rows.extend(rows(case.scene, case.regime.name(), &points));
+            panels.push((case.regime, points));
+        }
+        if !panels.is_empty() {
+            section.figures.push(figure(scene, &panels));
+        }
+    }
+    vec![truth::section(&judged), section, non_smooth::measure(effort, &scenes.collect::<Vec<_>>(), progress)]
+}
+
+fn words(effort: Effort) -> Vec<String> {
+    let mesh = match effort {
+        Effort::Quick => "coarser meshes than the presets, and k × 100 on skin only",
+        Effort::Full => "the meshes of the presets",
+    };
+    vec![
+        format!(
+            "One suture patch is pulled 7 mm, held and let back within 0.45 s, on {mesh}. Cost is processor time of one \
+             thread over simulated time: left of the dashed line a run keeps up with real time on this machine. Each curve is one \
+             integrator with falling steps; × marks steps at which it is refused or loses the motion."
+        ),
+        "Read a figure from the bottom left: the lowest point left of the real-time line is the most accurate setting that \
+         still keeps up. Errors of a few per cent of the force are below what a hand can tell (the 5 % line)."
+            .into(),
+    ]
+}
+
+/// Runs one integrator after the other down the ladder.
+fn ladder(case: &Case, truth: &Samples, effort: Effort, progress: &Progress<'_>) -> Vec<Point> {
+    let mut points = Vec::new();
+    for integrator in Integrator::ALL {
+        let mut last: Option<(f64, f64)> = None;
+        for per_sample in LADDER {
+            let dt_s = SAMPLE_S / per_sample as f64;
+            let expected = last.map_or(0.0, |(cost, dt)| cost * dt / dt_s);
+            if progress.stopped() || expected > dearest(effort) {
+                break;
+            }
+            (progress.say)(&format!("{} {} {} at {dt_s:.0e} s", case.scene, case.regime.name(), integrator.name()));
+            match run(case, integrator, per_sample, &Extras::none(), progress.stop) {
+                Ok(Some(run)) => {
+                    last = Some((run.cpu_s / super::cases::END_S, dt_s));
+                    let off = Some(run.samples.against(truth, &case.start_m));
+                    points.push(Point { integrator, dt_s, run: Some(run), off, note: String::new() });
+                }
+                Ok(None) => return points,
+                Err(refusal) => {
+                    points.push(Point { integrator, dt_s, run: None, off: None, note: refusal.to_string() });
+                }
+            }
+        }
+    }
+    points
+}
+
+/// Rows of one case.
+pub(super) fn rows(scene: &str, case: &str, points: &[Point]) -> Vec<Row> {
+    let mut rows = Vec::with_capacity(points.len());
+    for (i, point) in points.iter().enumerate() {
+        let coarser =
+            i.checked_sub(1).map(|j| &points[j]).filter(|p| p.integrator == point.integrator && !p.unstable());
+        let unstable = point.unstable();
+        let off = point.off.filter(|_| !unstable);
+        let value = |pick: fn(&Difference) -> f64| json!(off.as_ref().map(pick));
+        let order = coarser
+            .and_then(|c| c.off)
+            .zip(off)
+            .zip(coarser)
+            .map(|((c, f), coarser)| (c.position / f.position).ln() / (coarser.dt_s / point.dt_s).ln());
+        let run = point.run.as_ref();
+        let percentile = |share| json!(run.and_then(|r| r.step_percentile_ns(share)));
+        let per_step = run.map(|r| r.linear_iterations as f64 / r.step_ns.len().max(1) as f64);
+        rows.push(vec![
+            ("scene", json!(scene)),
+            ("case", json!(case)),
+            ("integrator", json!(point.integrator.name())),
+            ("dt_s", json!(point.dt_s)),
+            ("position_error", value(|d| d.position)),
+            ("force_error", value(|d| d.force)),
+            ("force_error_max_n", value(|d| d.force_max_n)),
+            ("cpu_per_sim", json!(point.cpu_per_sim())),
+            ("unstable", json!(unstable)),
+            ("step_p50_ns", percentile(0.5)),
+            ("step_p99_ns", percentile(0.99)),
+            ("step_max_ns", percentile(1.0)),
+            ("periods", json!(run.map(|r| r.periods))),
+            ("deadline_misses", json!(run.map(|r| r.missed))),
+            ("energy_drift", value(|d| d.energy)),
+            ("linear_iterations_per_step", json!(per_step)),
+            ("observed_order", order.map_or(Value::Null, |o| json!(o))),
+            ("note", json!(point.note)),
+        ]);
+    }
+    rows
+}
+
+fn figure(scene: &str, panels: &[(Regime, Vec<Point>)]) -> Figure {
+    let mut drawn = Vec::new();
+    for (quantity, pick) in [
+        ("position error (relative)", (|d: &Difference| d.position) as fn(&Difference) -> f64),
+        ("force error (relative)", |d: &Difference| d.force),
+    ] {
+        for (regime, points) in panels {
+            let mut levels = vec![Level::X(1.0, "real time".into())];
+            if quantity.starts_with("force") {
+                levels.push(Level::Y(0.05, "5 % of the force".into()));
+            }
+            drawn.push(Panel {
+                title: regime.title().into(),
+                x: Axis::log("processor time / simulated time"),
+                y: Axis::log(quantity),
+                series: series(points, pick),
+                levels,
+            });
+        }
+    }
+    Figure {
+        name: format!("work_precision_{scene}"),
+        caption: format!(
+            "Work and precision, {scene}: upper row position, lower row force at the hand. × on the upper rim: steps at which \
+             the integrator is refused or loses the motion, at the cost that such a step would have."
+        ),
+        svg: panels_svg(&format!("{scene}: error against run time"), &drawn, panels.len()),
+    }
+}
+
+fn series(points: &[Point], pick: fn(&Difference) -> f64) -> Vec<Series> {
+    let of = |integrator: Integrator| {
+        let mine: Vec<&Point> = points.iter().filter(|p| p.integrator == integrator).collect();
+        let good = mine.iter().filter(|p| !p.unstable());
+        let drawn = good.filter_map(|p| Some((p.cpu_per_sim()?, pick(p.off.as_ref()?)))).collect();
+        let mut series = Series::new(integrator.name(), integrator_style(integrator.name()), drawn);
+        // A refused step would have cost what the stable ones cost per step.
+        let per_step = mine.iter().find_map(|p| Some(p.cpu_per_sim()? * p.dt_s));
+        let unstable = mine.iter().filter(|p| p.unstable());
+        series.unstable_at = unstable.filter_map(|p| p.cpu_per_sim().or(Some(per_step? / p.dt_s))).collect();
+        series
+    };
+    Integrator::ALL.into_iter().map(of).collect()
+}
