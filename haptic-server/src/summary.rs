@@ -80,6 +80,8 @@ pub struct RunSummary {
     pub solver_restarts: u32,
     /// Integrator.
     pub integrator: String,
+    /// Why this integrator with these sub-steps.
+    pub integrator_reason: String,
     /// `S = λ dt² / (4m + 2c dt)`.
     pub stability_number: f64,
     /// Servo state at the end.
@@ -214,6 +216,9 @@ impl fmt::Display for RunSummary {
             "solver           {} steps, {} restarts, {}, S = {:.4}",
             self.solver_steps, self.solver_restarts, self.integrator, self.stability_number
         )?;
+        if !self.integrator_reason.is_empty() {
+            writeln!(f, "integrator       {}", self.integrator_reason)?;
+        }
         if let Some(recording) = &self.recording {
             write!(f, "recording        {} ticks, {} lost", recording.ticks, recording.lost_ticks)?;
             match &recording.stopped {
@@ -270,6 +275,7 @@ mod tests {
             "grips",
             "grips_used",
             "solver_restarts",
+            "integrator_reason",
             "hand",
             "registration",
         ]) {

@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 
 /// Ledger rows that fit one report (three scenes of up to 16 stitches).
 pub const MAX_LEDGER_ROWS: usize = 48;
+/// Words of eight bytes that the reason for the integrator may take.
+pub const MAX_REASON_WORDS: usize = 32;
 /// Points of the suture line that fit one report.
 pub const MAX_LINE_POINTS: usize = 128;
 
@@ -89,10 +91,35 @@ pod! {
         pub step_time_ns: u64,
         /// Solver step time: longest since start, nanoseconds.
         pub step_time_max_ns: u64,
+        /// Why this integrator with these sub-steps: UTF-8, eight bytes a word, zero after the end.
+        pub integrator_reason: [u64; MAX_REASON_WORDS],
         /// Suture line points, metres.
         pub line_m: [[f64; 3]; MAX_LINE_POINTS],
         /// Table 1.
         pub rows: [LedgerRow; MAX_LEDGER_ROWS],
+    }
+}
+
+impl WoundReport {
+    /// Writes the reason for the integrator; what does not fit is left out.
+    pub fn set_integrator_reason(&mut self, text: &str) {
+        let mut end = text.len().min(8 * MAX_REASON_WORDS);
+        while !text.is_char_boundary(end) {
+            end -= 1;
+        }
+        let mut words = [0; MAX_REASON_WORDS];
+        for (index, byte) in text.as_bytes()[..end].iter().enumerate() {
+            words[index / 8] |= u64::from(*byte) << (8 * (index % 8));
+        }
+        self.integrator_reason = words;
+    }
+
+    /// The reason for the integrator; whatever a writer left there, it is text of one line.
+    #[must_use]
+    pub fn integrator_reason(&self) -> String {
+        let bytes = self.integrator_reason.iter().flat_map(|word| word.to_le_bytes());
+        let text: Vec<u8> = bytes.take_while(|byte| *byte != 0).collect();
+        String::from_utf8_lossy(&text).chars().filter(|c| !c.is_control()).collect()
     }
 }
 
@@ -108,3 +135,21 @@ message!(WoundReport, "wound_report", parts: [LedgerRow], check: |m| {
     }
     (m.line_point_count as usize > MAX_LINE_POINTS).then_some("line_point_count")
 });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_reason_comes_back_whole_or_cut_at_a_character() {
+        let mut report = WoundReport::default();
+        assert_eq!(report.integrator_reason(), "");
+        report.set_integrator_reason("bdf2 x 1: S = 3.2");
+        assert_eq!(report.integrator_reason(), "bdf2 x 1: S = 3.2");
+        let long = format!("{}µµ", "x".repeat(8 * MAX_REASON_WORDS - 1));
+        report.set_integrator_reason(&long);
+        assert_eq!(report.integrator_reason(), "x".repeat(8 * MAX_REASON_WORDS - 1));
+        report.integrator_reason = [0xFF0A_41FF_0A41_FFFF; MAX_REASON_WORDS];
+        assert!(report.integrator_reason().chars().all(|c| !c.is_control()));
+    }
+}

@@ -41,18 +41,19 @@ pub(super) fn scene_check(file: &Path, format: Format) -> Result<String, ServerE
             let document = json!({
                 "name": config.name, "model": model, "nodes": nodes, "springs": springs, "pairs": pairs,
                 "rate_hz": config.solver.rate_hz, "integrator": integrator, "substeps": stability.substeps,
-                "stability_number": stability.number, "stages": present,
+                "stability_number": stability.number, "stages": present, "integrator_reason": scene.solver().integrator_reason(),
             });
             format!("{document}\n")
         }
         Format::Text => format!(
             "{}: {model}, {nodes} nodes, {springs} springs, {pairs} suture pairs; {} Hz, {integrator}, {} sub-steps, \
-             S = {:.4}; stages: {}\n",
+             S = {:.4}; stages: {}\n{}\n",
             config.name,
             config.solver.rate_hz,
             stability.substeps,
             stability.number,
-            if present.is_empty() { "none".to_owned() } else { present.join(", ") }
+            if present.is_empty() { "none".to_owned() } else { present.join(", ") },
+            scene.solver().integrator_reason()
         ),
     })
 }

@@ -101,6 +101,7 @@ pub fn run(job: LockstepJob<'_>) -> Result<RunSummary, ServerError> {
         er_max: trace.report.er_max,
         solver_steps: trace.report.solver_steps,
         integrator: integrator_name(trace.report.integrator).to_owned(),
+        integrator_reason: trace.report.integrator_reason(),
         stability_number: trace.report.stability_number,
         state: servo_state_name(state.mode).to_owned(),
         faults: trace.faults.iter().map(|code| fault_name(*code)).collect(),

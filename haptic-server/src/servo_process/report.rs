@@ -40,6 +40,7 @@ pub(super) fn summary(facts: Facts, end: &LoopEnd, wound: Option<&WoundReport>) 
         er_max: wound.map_or(0.0, |w| w.er_max),
         solver_steps: wound.map_or(0, |w| w.solver_steps),
         integrator: wound.map_or("none", |w| integrator_name(w.integrator)).to_owned(),
+        integrator_reason: wound.map_or_else(String::new, WoundReport::integrator_reason),
         stability_number: wound.map_or(0.0, |w| w.stability_number),
         state: servo_state_name(end.state.mode).to_owned(),
         degraded: end.rights.is_degraded(),

@@ -244,6 +244,7 @@ impl SolverSession {
         let scene = self.procedure.scene();
         let report = &mut self.report;
         let (index, count) = self.procedure.progress();
+        let was = (report.scene_index, report.integrator, report.substeps);
         report.scene_index = index as u32;
         report.scene_count = count as u32;
         report.scene_kind = scene.kind_code();
@@ -263,6 +264,9 @@ impl SolverSession {
         };
         report.substeps = stability.substeps;
         report.stability_number = stability.number;
+        if was != (report.scene_index, report.integrator, report.substeps) {
+            report.set_integrator_reason(&scene.solver().integrator_reason());
+        }
         report.points_taken = self.procedure.points_taken();
         report.grips_used = self.procedure.grips_used();
         report.solver_steps = self.procedure.total_steps();

@@ -4,6 +4,7 @@ use super::config::{DragReading as DragChoice, IntegratorReading, MaterialConfig
 use super::plan::in_range;
 use crate::kinematics::literal_tick::MAX_SUBSTEPS;
 use crate::suture_line::line::SutureLineError;
+use crate::tissue::choice::ChoiceParams;
 use crate::tissue::integrator::Integrator;
 use crate::tissue::model::{Tissue, TissueError};
 use crate::tissue::params::{DragReading, FamilyFactors, MaterialParams, PatchDepth, WoundParams};
@@ -230,9 +231,14 @@ pub fn solver_params(config: &SceneConfig) -> Result<SolverParams, SceneError> {
     let defaults = SolverParams::with_period(1.0 / rate);
     Ok(SolverParams {
         integrator: match s.integrator {
-            IntegratorReading::SemiImplicit => Integrator::SemiImplicit,
+            IntegratorReading::Automatic | IntegratorReading::SemiImplicit => Integrator::SemiImplicit,
             IntegratorReading::PaperExplicit => Integrator::PaperExplicit,
+            IntegratorReading::Verlet => Integrator::Verlet,
+            IntegratorReading::Bdf2 => Integrator::Bdf2,
+            IntegratorReading::Xpbd => Integrator::Xpbd,
         },
+        automatic: (s.integrator == IntegratorReading::Automatic)
+            .then(|| ChoiceParams { max_substeps: s.max_substeps, ..ChoiceParams::default() }),
         substeps: SubstepPolicy::Automatic { max: s.max_substeps },
         port: PortParams { rings: rings as u32, ..defaults.port },
         ..defaults

@@ -306,7 +306,8 @@ pub enum ControlReading {
 pub struct SolverConfig {
     /// Solver rate, hertz.
     pub rate_hz: f64,
-    /// Integrator.
+    /// Integrator; automatic when left out.
+    #[serde(default)]
     pub integrator: IntegratorReading,
     /// More sub-steps than this per step are refused.
     pub max_substeps: u32,
@@ -315,11 +316,20 @@ pub struct SolverConfig {
 }
 
 /// Integrator by name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum IntegratorReading {
+    /// Chosen at load by the stability number and the time budget.
+    #[default]
+    Automatic,
     /// Semi-implicit Euler, implicit drag.
     SemiImplicit,
     /// Eq. (2)–(3) as printed: explicit drag.
     PaperExplicit,
+    /// Staggered Verlet, Crank–Nicolson drag.
+    Verlet,
+    /// Implicit: second-order backward differences.
+    Bdf2,
+    /// Extended position-based dynamics, for comparison.
+    Xpbd,
 }

@@ -164,5 +164,5 @@ fn control() -> ControlConfig {
 }
 
 fn solver() -> SolverConfig {
-    SolverConfig { rate_hz: 200.0, integrator: IntegratorReading::SemiImplicit, max_substeps: 64, port_rings: 4 }
+    SolverConfig { rate_hz: 200.0, integrator: IntegratorReading::Automatic, max_substeps: 64, port_rings: 4 }
 }

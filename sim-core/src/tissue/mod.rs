@@ -2,6 +2,7 @@
 
 pub mod area;
 mod bdf2;
+pub mod choice;
 mod condensation;
 pub mod constraint;
 mod couplings;

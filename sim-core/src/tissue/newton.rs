@@ -10,6 +10,7 @@
 
 use crate::tissue::couplings::{Active, Couplings};
 use crate::tissue::network::SpringNetwork;
+use crate::tissue::patch_set::PatchSet;
 use crate::tissue::pcg::Pcg;
 use crate::tissue::step_matrix::StepMatrix;
 use crate::tissue::sweep::SpringSweep;
@@ -42,7 +43,7 @@ pub struct NewtonParams {
 
 impl Default for NewtonParams {
     fn default() -> Self {
-        Self { iterations: 2, tolerance: 1e-10, linear_tolerance: 1e-3, max_linear_iterations: 500 }
+        Self { iterations: 1, tolerance: 1e-10, linear_tolerance: 1e-3, max_linear_iterations: 500 }
     }
 }
 
@@ -181,4 +182,27 @@ impl Newton {
             position_m.iter_mut().for_each(|y| *y += shift);
         }
     }
+}
+
+/// Linear iterations of a first Newton iteration when the node in the middle of the free ones is shifted, in an implicit
+/// Euler step of `h` seconds. Counted on the net itself: equal nets give equal counts.
+pub(crate) fn trial_iterations(network: &SpringNetwork, position_m: &[Vec3], h: f64, params: &NewtonParams) -> u32 {
+    let free = || (0..network.node_count()).filter(|&node| network.fixed[node] == 0);
+    let (sum, count) = free().fold((Vec3::zeros(), 0_u32), |(sum, n), node| (sum + position_m[node], n + 1));
+    let center = sum / f64::from(count.max(1));
+    let off = |node: &usize| (position_m[*node] - center).norm_squared();
+    let Some(middle) = free().min_by(|a, b| off(a).total_cmp(&off(b))) else { return 0 };
+    let moves = |node: usize| f64::from(network.fixed[node] == 0 && node != middle);
+    let mobility: Vec<f64> = (0..network.node_count()).map(moves).collect();
+    let mut newton = Newton::new(network);
+    newton.matrix.resist(network, &mobility, 1.0 / (h * h), 1.0 / h);
+    newton.matrix.assemble(network, position_m);
+    newton.matrix.invert();
+    let patches = PatchSet::default();
+    let couplings = Couplings::new(&patches, None, None);
+    newton.pcg.search[middle] = Vec3::repeat(1.0);
+    let Newton { matrix, pcg } = &mut newton;
+    matrix.multiply(&pcg.search, &mut pcg.residual);
+    let goal = params.linear_tolerance * params.linear_tolerance * pcg.size(matrix);
+    pcg.solve(matrix, &couplings, goal, params.max_linear_iterations)
 }

@@ -7,6 +7,7 @@
 //! much again by the constraints: the limit is per stage, and cuts are counted.
 //! Deliberately absent: clocks, what the handles do, when stitches are tied (scene, wound).
 
+use crate::tissue::choice::Choice;
 use crate::tissue::constraint::{Pairs, PatchResponse};
 use crate::tissue::handle::{GraspError, Handle, HandleSlot, MAX_HANDLES};
 use crate::tissue::integrator::NodeFactors;
@@ -65,6 +66,7 @@ pub struct TissueSolver {
     patches: PatchSet,
     params: SolverParams,
     stability: Stability,
+    choice: Option<Choice>,
     spacing_m: f64,
     state: TissueState,
     force_n: Vec<Vec3>,
@@ -90,6 +92,7 @@ impl TissueSolver {
             return Err(SolverError::Patches(count));
         }
         let state = network.rest_state();
+        let (params, choice) = solver_params::decide(&network, &state.position_m, params);
         let stability = solver_params::assess(&network, &state.position_m, &params)?;
         let mut solver = Self {
             spacing_m: solver_params::mean_spacing_m(&network),
@@ -106,6 +109,7 @@ impl TissueSolver {
             patches,
             params,
             stability,
+            choice,
             state,
         };
         solver.refresh_mobility();
@@ -136,6 +140,18 @@ impl TissueSolver {
         &self.params
     }
 
+    /// The automatic choice and its reason; `None` where the integrator was demanded.
+    #[must_use]
+    pub fn choice(&self) -> Option<&Choice> {
+        self.choice.as_ref()
+    }
+
+    /// Why this integrator with these sub-steps, in one sentence with the numbers.
+    #[must_use]
+    pub fn integrator_reason(&self) -> String {
+        self.choice.as_ref().map_or_else(|| format!("demanded: {}", self.stability), ToString::to_string)
+    }
+
     /// Sub-steps and stability number, for the log of the scene's load.
     #[must_use]
     pub fn stability(&self) -> &Stability {
@@ -160,12 +176,17 @@ impl TissueSolver {
         Ok(())
     }
 
-    /// Chooses the sub-steps again for the tangent at the current state.
+    /// Chooses the sub-steps, and the integrator where that is automatic, again for the tangent at the current state.
     ///
     /// # Errors
     /// [`SolverError`] when the integrator must blow up here; the sub-steps then stay.
     pub fn reassess(&mut self) -> Result<(), SolverError> {
-        self.stability = solver_params::assess(&self.network, &self.state.position_m, &self.params)?;
+        let (params, choice) = solver_params::decide(&self.network, &self.state.position_m, self.params);
+        self.stability = solver_params::assess(&self.network, &self.state.position_m, &params)?;
+        if params.integrator != self.params.integrator {
+            self.scheme = Scheme::new(params.integrator, &self.network);
+        }
+        (self.params, self.choice) = (params, choice);
         self.refresh_mobility();
         Ok(())
     }

@@ -5,6 +5,7 @@
 //! Deliberately absent: running on silently where the integrator must blow up.
 
 use crate::finite::is_finite;
+use crate::tissue::choice::{Choice, ChoiceParams, choose};
 use crate::tissue::integrator::Integrator;
 use crate::tissue::network::{SpringFamily, SpringNetwork, TissueState};
 use crate::tissue::newton::NewtonParams;
@@ -41,6 +42,8 @@ pub struct SolverParams {
     pub integrator: Integrator,
     /// Choice of sub-steps.
     pub substeps: SubstepPolicy,
+    /// Chooses integrator and sub-steps instead, at load and at every reassessment; `None` takes those above.
+    pub automatic: Option<ChoiceParams>,
     /// Farthest one stage (Eq. (2), then the constraints) moves a free node in one period, in mesh spacings: half a
     /// spacing each.
     pub displacement_limit_spacings: f64,
@@ -62,6 +65,7 @@ impl SolverParams {
             period_s,
             integrator: Integrator::SemiImplicit,
             substeps: SubstepPolicy::Automatic { max: 64 },
+            automatic: None,
             displacement_limit_spacings: 0.5,
             handle_limit_spacings: 2.0,
             newton: NewtonParams::default(),
@@ -90,6 +94,11 @@ impl SolverParams {
         }
         if !(p.minimum_stiffness_n_per_m.is_finite() && p.minimum_stiffness_n_per_m >= 0.0) {
             return Err(SolverError::Value { what: "least stiffness of the port", value: p.minimum_stiffness_n_per_m });
+        }
+        if let Some(a) = self.automatic
+            && !(a.budget_share.is_finite() && a.budget_share > 0.0 && a.max_substeps > 0)
+        {
+            return Err(SolverError::Value { what: "budget of the automatic choice", value: a.budget_share });
         }
         let (SubstepPolicy::Automatic { max: count } | SubstepPolicy::Demanded(count)) = self.substeps;
         if count == 0 {
@@ -156,6 +165,18 @@ const fn limit_formula(integrator: Integrator) -> &'static str {
         Integrator::Verlet => "lambda h^2 < 4 m",
         Integrator::PaperExplicit => "lambda h^2 + 2 c h < 4 m",
     }
+}
+
+/// Integrator and sub-steps where they are chosen automatically.
+pub(crate) fn decide(
+    network: &SpringNetwork,
+    position_m: &[Vec3],
+    params: SolverParams,
+) -> (SolverParams, Option<Choice>) {
+    let Some(automatic) = &params.automatic else { return (params, None) };
+    let choice = choose(network, position_m, params.period_s, &params.newton, automatic);
+    let substeps = SubstepPolicy::Demanded(choice.substeps);
+    (SolverParams { integrator: choice.integrator, substeps, ..params }, Some(choice))
 }
 
 /// Chooses the sub-steps for the tangent at `position_m`.

@@ -2,9 +2,9 @@
 //!
 //! `D` is the resistance of each node by mass and drag (`bdf2`), newtons per metre. `K` is the tangent of the springs at
 //! `x`, kept per spring as `q = √(k (1 − g)) n` and `t = k g` with `g = max(1 − L/l, 0)`: `K` is never indefinite, a
-//! compressed spring loses its transverse part only. A product costs one pass over the springs; the preconditioner is
-//! the inverse of the 3 × 3 blocks on the diagonal. Rows and columns of nodes that may not move are left out by a zero
-//! block. Deliberately absent: attachments and pairs (`couplings`), which add to blocks and products.
+//! compressed spring loses its transverse part only, one that pulls only is gone. A product costs one pass over the
+//! springs; the preconditioner is the inverse of the 3 × 3 blocks on the diagonal. Rows and columns of nodes that may
+//! not move are left out by a zero block. Deliberately absent: attachments and pairs (`couplings`), which add to blocks and products.
 
 use crate::tissue::force::COINCIDENT_M;
 use crate::tissue::network::SpringNetwork;
@@ -92,9 +92,14 @@ impl StepMatrix {
         for (block, &d) in self.blocks.iter_mut().zip(&self.resistance) {
             *block = [d, d, d, 0.0, 0.0, 0.0];
         }
-        for (bar, s) in self.bars.iter_mut().zip(&network.springs) {
+        let mut pulls_only = network.pulls_only.iter().peekable();
+        for (index, (bar, s)) in self.bars.iter_mut().zip(&network.springs).enumerate() {
             let d = position_m[s.b as usize] - position_m[s.a as usize];
             let length = d.norm().max(COINCIDENT_M);
+            if pulls_only.next_if(|&&spring| spring as usize == index).is_some() && length < s.rest_length_m {
+                *bar = Bar::default();
+                continue;
+            }
             let g = (1.0 - s.rest_length_m / length).max(0.0);
             let (axial, transverse) = (s.stiffness_n_per_m * (1.0 - g), s.stiffness_n_per_m * g);
             bar.along = d * (axial.sqrt() / length);

@@ -67,6 +67,11 @@ impl Staggered {
         }
     }
 
+    /// Keeps the velocities before the last sub-step of a period.
+    pub(crate) fn remember(&mut self, velocity_m_per_s: &[Vec3]) {
+        self.before_m_per_s.copy_from_slice(velocity_m_per_s);
+    }
+
     /// One sub-step; the first one of a history is half a kick and a whole way.
     pub(crate) fn advance(
         &mut self,
@@ -76,7 +81,6 @@ impl Staggered {
         h: f64,
         limit_m: f64,
     ) -> AdvanceCounts {
-        self.before_m_per_s.copy_from_slice(&state.velocity_m_per_s);
         let first = self.history == History::Fresh;
         self.history = History::Running;
         self.weights = if first { (2.0, -1.0) } else { (1.5, -0.5) };

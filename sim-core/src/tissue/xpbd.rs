@@ -39,14 +39,16 @@ impl SpringProjection {
     ) {
         self.multiplier_n.fill(0.0);
         for _ in 0..iterations {
-            for (spring, multiplier) in network.springs.iter().zip(&mut self.multiplier_n) {
+            let mut pulls_only = network.pulls_only.iter().peekable();
+            for (index, (spring, multiplier)) in network.springs.iter().zip(&mut self.multiplier_n).enumerate() {
                 let (a, b) = (spring.a as usize, spring.b as usize);
                 let (of_a, of_b) = (mobility_m_per_n[a], mobility_m_per_n[b]);
                 let d = position_m[b] - position_m[a];
                 let length = d.norm();
                 // k (C + λ/k) and k (1/k + μ): a spring of stiffness 0 needs no infinite compliance.
                 let k = spring.stiffness_n_per_m;
-                if length < COINCIDENT_M {
+                let one_sided = pulls_only.next_if(|&&pulling| pulling as usize == index).is_some();
+                if length < COINCIDENT_M || (one_sided && length < spring.rest_length_m) {
                     continue;
                 }
                 let change = -(k * (length - spring.rest_length_m) + *multiplier) / (1.0 + k * (of_a + of_b));

@@ -49,6 +49,9 @@ impl TissueSolver {
                 Scheme::Verlet(_) => {
                     self.gather(stages, &mut report);
                     let Self { scheme: Scheme::Verlet(staggered), .. } = self else { continue };
+                    if substep == substeps {
+                        staggered.remember(&self.state.velocity_m_per_s);
+                    }
                     staggered.advance(&self.factors, &self.force_n, &mut self.state, h, limit_m)
                 }
                 Scheme::Xpbd(_) => self.project_springs(stages, h, limit_m, &ways, fraction),

@@ -57,6 +57,10 @@ fn statics_do_not_depend_on_the_step() {
     }
 }
 
+/// Solved far below the errors that are asked for here.
+const FINE: NewtonParams =
+    NewtonParams { iterations: 10, tolerance: 1e-7, linear_tolerance: 1e-7, max_linear_iterations: 2000 };
+
 /// A smooth pull of the middle by 3 mm in 0.1 s and 0.1 s of hold: states every 10 ms, and the force at the hand.
 fn pull(network: &SpringNetwork, net: &Net, period_s: f64, newton: NewtonParams) -> Vec<(TissueState, Vec3)> {
     let middle = net.side / 2;
@@ -109,7 +113,7 @@ fn stiff_and_unequal_nets_are_right_within_one_percent_at_5_ms() {
         *c = *m * 100.0;
     }
     for (name, network) in [("k x 1e4", stiff.build()), ("mass ratio 1e6", unequal)] {
-        let reference = pull(&network, &soft, 2e-4, NewtonParams::reference());
+        let reference = pull(&network, &soft, 5e-4, FINE);
         let found = pull(&network, &soft, 5e-3, NewtonParams::default());
         let (position, force) = errors(&found, &reference, &network.rest_m);
         println!("{name}: position {position:.2e}, force {force:.2e}");
@@ -118,17 +122,17 @@ fn stiff_and_unequal_nets_are_right_within_one_percent_at_5_ms() {
 }
 
 #[test]
-fn two_newton_iterations_and_a_loose_solve_cost_little_accuracy() {
-    let net = Net { side: 15, drag_n_s_per_m: SKIN.mass_kg * 100.0, ..SKIN };
+fn one_newton_iteration_and_a_loose_solve_cost_less_than_a_factor_of_three() {
+    let net = Net { drag_n_s_per_m: SKIN.mass_kg * 100.0, ..SKIN };
     let network = net.build();
-    let reference = pull(&network, &net, 2e-4, NewtonParams::reference());
+    let reference = pull(&network, &net, 5e-4, FINE);
     let error = |newton| errors(&pull(&network, &net, 5e-3, newton), &reference, &network.rest_m);
-    let tight = error(NewtonParams::reference());
-    let two = error(NewtonParams::default());
-    let one = error(NewtonParams { iterations: 1, ..NewtonParams::default() });
+    let tight = error(FINE);
+    let one = error(NewtonParams::default());
+    let two = error(NewtonParams { iterations: 2, ..NewtonParams::default() });
     println!("reference {tight:?} two {two:?} one {one:?}");
-    assert!(one.0 < 2.0 * tight.0 && one.1 < 2.0 * tight.1, "{one:?} against {tight:?}");
-    assert!(two.0 < 1.3 * tight.0 && two.1 < 1.3 * tight.1, "{two:?} against {tight:?}");
+    assert!(one.0 < 3.0 * tight.0 && one.1 < 3.0 * tight.1, "{one:?} against {tight:?}");
+    assert!(two.0 < 1.5 * tight.0 && two.1 < 1.5 * tight.1, "{two:?} against {tight:?}");
 }
 
 #[test]

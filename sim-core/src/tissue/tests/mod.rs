@@ -4,6 +4,7 @@
 //! stiffness (the skin net of Zhang et al., Table 2), and single nodes held by springs.
 //! Deliberately absent: the scenes; these nets are as small as the claim allows.
 
+mod choice;
 mod handle;
 mod implicit;
 mod order;
