@@ -23,6 +23,7 @@ pub mod servo_setup;
 pub mod session;
 pub mod solver;
 pub mod solver_process;
+pub mod standing;
 pub mod summary;
 pub mod supervisor;
 pub mod telemetry;

@@ -6,6 +6,7 @@
 
 use crate::cli::choice::{DeviceChoice, HandChoice, HandSide};
 use crate::servo::params::ServoConfig;
+use crate::standing::Standing;
 use crate::summary::RunSummary;
 use protocol::trace::Metadata;
 use serde::{Deserialize, Serialize};
@@ -92,15 +93,6 @@ pub enum ToServo {
     Stop,
 }
 
-/// Where a session stands: what a solver that is started again must know.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Standing {
-    /// Scene of the procedure.
-    pub scene_index: u32,
-    /// Control mode code of `wound_report`.
-    pub control: u32,
-}
-
 /// Servo process to supervisor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -111,9 +103,9 @@ pub enum FromServo {
     Heartbeat {
         /// Ticks executed so far.
         ticks: u64,
-        /// Where the session stands, once the solver has reported it.
-        standing: Option<Standing>,
     },
+    /// The session stands somewhere else than before.
+    Standing(Standing),
     /// The servo latched a fault.
     Fault {
         /// What happened.

@@ -101,7 +101,7 @@ pub struct RunSummary {
 }
 
 /// What a summary after a solver restart says of itself.
-const SINCE_RESTART: &str = "figures of the tissue since the last solver restart";
+const SINCE_RESTART: &str = "steps, times and points of the tissue since the last solver restart";
 
 /// Name of the integrator code of `wound_report`.
 #[must_use]
@@ -139,8 +139,8 @@ impl RunSummary {
         serde_json::to_string(self)
     }
 
-    /// With the number of solver restarts. The solver counts steps, points, stitches and tissue time from its start:
-    /// after a restart they are not those of the whole run, and no real-time factor follows from them.
+    /// With the number of solver restarts. Stitches outlive a solver; steps and tissue time are counted from its
+    /// start, points are those of the stitches and what was taken since, and no real-time factor follows from them.
     #[must_use]
     pub fn after_solver_restarts(mut self, restarts: u32) -> Self {
         self.solver_restarts = restarts;

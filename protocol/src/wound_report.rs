@@ -35,14 +35,21 @@ pod! {
         pub holding_force_n: f64,
         /// Tension of the tied line in this stitch, newtons.
         pub stitch_tension_n: f64,
+        /// Rest length of the tied line, metres.
+        #[serde(default)]
+        pub rest_length_m: f64,
+        /// Length that has slipped through its knot, metres.
+        #[serde(default)]
+        pub slipped_m: f64,
         /// Suture pair of its scene.
         pub pair: u32,
         /// Kind of the scene: 0 skin, 1 liver, 2 vessel.
         pub scene_kind: u32,
         /// Bit 0: control acts now. Bit 1: control has acted. Bit 2: knot has slipped. Bit 3: pulled through.
         pub flags: u32,
-        /// Zero.
-        pub reserved: u32,
+        /// Procedure: index of its scene.
+        #[serde(default)]
+        pub scene_index: u32,
     }
 }
 
@@ -77,8 +84,8 @@ pod! {
         pub points_taken: u32,
         /// Presses that took a suture point or the line, also one that was taken before.
         pub grips_used: u32,
-        /// Zero.
-        pub reserved: u32,
+        /// Counts scene loads and restores, as in `tissue_port`.
+        pub scene_generation: u32,
         /// Solver steps done.
         pub solver_steps: u64,
         /// Simulated seconds.

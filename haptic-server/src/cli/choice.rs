@@ -188,19 +188,6 @@ pub enum ControlChoice {
     Paper,
 }
 
-impl ControlChoice {
-    /// The choice behind a control code of `wound_report`.
-    #[must_use]
-    pub fn from_code(code: u32) -> Option<Self> {
-        match code {
-            0 => Some(Self::Off),
-            1 => Some(Self::On),
-            2 => Some(Self::Paper),
-            _ => None,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -256,12 +256,9 @@ pub struct SolverCli {
     /// Every step takes this many periods (fault tests).
     #[arg(long, value_name = "FACTOR", value_parser = slow_down, default_value = "1", hide = true)]
     pub slow_down: f64,
-    /// Scene of the procedure to begin with, from 0 (after a restart).
-    #[arg(long, value_name = "N", default_value = "0", hide = true)]
-    pub resume_scene: u32,
-    /// Solvers that died before this one; its scenes get numbers of their own.
-    #[arg(long, value_name = "N", default_value = "0", hide = true)]
-    pub restarts: u32,
+    /// Follow a solver that died: standard input says where the session stood (JSON).
+    #[arg(long, hide = true)]
+    pub resume: bool,
     /// Process id of the server that started this one; it ends with that process.
     #[arg(long, value_name = "PID", hide = true)]
     pub guarded_by: Option<u32>,

@@ -4,9 +4,7 @@
 //! servo thread, which takes ports from a wait-free cell (a triple buffer). The bridge looks every [`LOOK_PERIOD`],
 //! well below one servo period of added age on average.
 
-use crate::servo_link::Standing;
 use crate::servo_setup::ServoLinks;
-use crossbeam::atomic::AtomicCell;
 use crossbeam::queue::ArrayQueue;
 use protocol::ports::{PortError, PortNode, SessionCommandSubscriber, TissuePortSubscriber, WoundReportSubscriber};
 use protocol::run::RunDir;
@@ -31,10 +29,8 @@ const COMPLAINT_PERIOD: Duration = Duration::from_secs(1);
 pub(super) struct Delivery {
     /// Re-arm orders, for the loop.
     pub(super) links: Arc<ServoLinks>,
-    /// Newest report (a queue of one), for the summary.
+    /// Newest report (a queue of one), for the supervisor and the summary.
     pub(super) reports: ArrayQueue<WoundReport>,
-    /// Where the session stands.
-    pub(super) standing: AtomicCell<Option<Standing>>,
     /// Ends the bridge.
     pub(super) stop: AtomicBool,
 }
@@ -42,7 +38,7 @@ pub(super) struct Delivery {
 impl Delivery {
     /// To this loop, with nothing delivered yet.
     pub(super) fn new(links: Arc<ServoLinks>) -> Self {
-        Self { links, reports: ArrayQueue::new(1), standing: AtomicCell::new(None), stop: AtomicBool::new(false) }
+        Self { links, reports: ArrayQueue::new(1), stop: AtomicBool::new(false) }
     }
 }
 
@@ -62,8 +58,6 @@ pub(super) fn run(run: &RunDir, cell: &mut Input<TissuePort>, delivery: &Deliver
         looks = looks.wrapping_add(1);
         if looks.is_multiple_of(SLOW_LOOKS) {
             if let Some(report) = complaints.kept(reports.newest())? {
-                let standing = Standing { scene_index: report.scene_index, control: report.control };
-                delivery.standing.store(Some(standing));
                 delivery.reports.force_push(report);
             }
             while let Some(command) = complaints.kept(commands.next_command())? {

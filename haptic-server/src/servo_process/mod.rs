@@ -27,6 +27,7 @@ use crate::servo::flight_recorder::TickRecord;
 use crate::servo::params::{ServoConfig, ServoParams};
 use crate::servo_link::{FromServo, NoRtPolicy, ServoSpec, ToServo};
 use crate::servo_setup::{self, OuterEnds, Recording, RoomEnds, ServoLinks};
+use crate::standing::Standing;
 use crate::supervisor::child::{DeathSignal, end_with_parent};
 use crate::supervisor::signals::stop_flag;
 use crate::telemetry;
@@ -35,6 +36,7 @@ use control::{ControlLine, Incoming};
 use protocol::ports::PortError;
 use protocol::run::RunDir;
 use protocol::tissue_port::TissuePort;
+use protocol::wound_report::WoundReport;
 use room::LoopEnd;
 use rtrb::Consumer;
 use rustix::event::Timespec;
@@ -96,12 +98,14 @@ pub fn run() -> Result<(), ServerError> {
         notices,
         ends_after_s,
         ready: None,
+        wound: None,
+        standing: Standing::default(),
     };
     watch.until_finished(&mut control, &servo, &bridge)?;
     let end = joined(servo, "servo")??;
     delivery.stop.store(true, Ordering::Relaxed);
     joined(bridge, "bridge")??;
-    let wound = delivery.reports.pop();
+    let wound = delivery.reports.pop().or(watch.wound);
     let recording = recorder.map(Recorder::finish).transpose()?;
     let facts = report::Facts { device: name, hand: spec.hand_label(), registration, recording };
     ControlLine::report(&FromServo::Summary(Box::new(report::summary(facts, &end, wound.as_ref()))));
@@ -172,6 +176,9 @@ struct Watch<'a> {
     notices: Option<Arc<NoticeRing>>,
     ends_after_s: Option<f64>,
     ready: Option<Instant>,
+    /// The solver's newest report, and what the supervisor was told of it.
+    wound: Option<WoundReport>,
+    standing: Standing,
 }
 
 impl Watch<'_> {
@@ -225,7 +232,8 @@ impl Watch<'_> {
             }
             None => {}
             Some(since) => {
-                ControlLine::report(&FromServo::Heartbeat { ticks, standing: self.delivery.standing.load() });
+                ControlLine::report(&FromServo::Heartbeat { ticks });
+                self.tell_standing();
                 if self.ends_after_s.is_some_and(|s| since.elapsed().as_secs_f64() >= s) {
                     self.links.order_stop();
                 }
@@ -233,6 +241,17 @@ impl Watch<'_> {
         }
         if self.stop.load(Ordering::Relaxed) {
             self.links.order_stop();
+        }
+    }
+
+    /// Where the session stands, whenever that has changed.
+    fn tell_standing(&mut self) {
+        let Some(report) = self.delivery.reports.pop() else { return };
+        let standing = Standing::of(&report);
+        self.wound = Some(report);
+        if standing != self.standing {
+            ControlLine::report(&FromServo::Standing(standing.clone()));
+            self.standing = standing;
         }
     }
 

@@ -15,8 +15,8 @@ use protocol::wound_report::{LedgerRow, MAX_LEDGER_ROWS, WoundReport};
 use sim_core::kinematics::integrate::KinematicsForm;
 use sim_core::scene::build::SceneError;
 use sim_core::scene::grip::{Grip, HandleMode};
-use sim_core::scene::procedure::{Procedure, ProcedureRow, SceneSource, SessionRequest};
-use sim_core::scene::step::ServoInput;
+use sim_core::scene::procedure::{Procedure, ProcedureRow, ProcedureStanding, SceneSource, SessionRequest};
+use sim_core::scene::step::{ResumeError, ServoInput};
 use sim_core::scene::suturing::{HandInput, Side};
 use sim_core::tissue::handle::MAX_HANDLES;
 use sim_core::tissue::integrator::Integrator;
@@ -48,6 +48,16 @@ impl SolverSession {
         let mut session = Self { procedure, port: TissuePort::EMPTY, report: WoundReport::EMPTY, refusal: None };
         session.describe(0, 0);
         Ok(session)
+    }
+
+    /// Goes on where another solver stood.
+    ///
+    /// # Errors
+    /// [`ResumeError`] when that cannot have been this procedure; nothing has changed then.
+    pub fn resume(&mut self, standing: &ProcedureStanding) -> Result<(), ResumeError> {
+        self.procedure.resume(standing)?;
+        self.describe(0, 0);
+        Ok(())
     }
 
     /// One solver period: what the servo last said, at most one command, the time for the port's stamps.
@@ -247,6 +257,7 @@ impl SolverSession {
         let was = (report.scene_index, report.integrator, report.substeps);
         report.scene_index = index as u32;
         report.scene_count = count as u32;
+        report.scene_generation = self.procedure.generation();
         report.scene_kind = scene.kind_code();
         report.stage = scene.suturing().stage().code();
         report.control = match scene.control_mode() {
@@ -329,10 +340,12 @@ fn ledger_row(row: &ProcedureRow) -> LedgerRow {
         relative_error: r.relative_error,
         holding_force_n: r.holding_force_n,
         stitch_tension_n: r.stitch_tension_n,
+        rest_length_m: r.rest_length_m,
+        slipped_m: r.slipped_m,
         pair: r.pair,
         scene_kind: row.kind_code,
         flags: history.iter().enumerate().map(|(bit, set)| u32::from(*set) << bit).sum(),
-        reserved: 0,
+        scene_index: row.scene as u32,
     }
 }
 

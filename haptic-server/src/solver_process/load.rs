@@ -1,29 +1,36 @@
-//! From the command line's scenes to a session.
+//! From the command line's scenes to a session, at their start or where a dead solver left them.
 //!
-//! A solver that follows a dead one begins with the scene at work, in a scene generation that the dead one did not
-//! have, so that hands and viewers see a new scene and not an old one that jumped.
+//! A solver that follows a dead one reads where the session stood from its standard input: the scene at work, its stitches,
+//! the control mode, and a scene generation that no solver had before it.
 
 use crate::cli::SolverCli;
 use crate::error::ServerError;
 use crate::scene_file;
 use crate::solver::session::SolverSession;
-use protocol::session_command::{NEXT, RESTORE, SessionCommand};
-use protocol::wire::Field;
-
-/// Restarts that still give a generation of their own.
-const MOST_GENERATIONS: u32 = 1000;
+use crate::standing::Standing;
+use sim_core::scene::procedure::ProcedureStanding;
 
 /// Loads the chosen scenes and prepares the session.
 pub(super) fn session(cli: &SolverCli) -> Result<SolverSession, ServerError> {
+    let standing = if cli.resume { Some(Standing::read(std::io::stdin().lock())?) } else { None };
     let scenes = scene_file::chosen(&cli.scene)?;
-    let count = u32::try_from(scenes.len()).unwrap_or(u32::MAX);
     let mut session = SolverSession::new(&scenes).map_err(|e| scene_file::refused(&cli.scene, &e))?;
-    let mut command = |command, times| {
-        for _ in 0..times {
-            session.step(None, Some(&SessionCommand { command, ..SessionCommand::EMPTY }), 0);
-        }
-    };
-    command(NEXT, cli.resume_scene.min(count.saturating_sub(1)));
-    command(RESTORE, cli.restarts.min(MOST_GENERATIONS));
+    if let Some(standing) = standing {
+        resume(&mut session, &standing.of_procedure());
+    }
     Ok(session)
+}
+
+/// Goes on where the session stood; where that is not possible the work is worth more than the stitches.
+fn resume(session: &mut SolverSession, standing: &ProcedureStanding) {
+    match session.resume(standing) {
+        Ok(()) if standing.stitches.is_empty() => {}
+        Ok(()) => tracing::info!("{} stitches were tied again", standing.stitches.len()),
+        Err(error) => {
+            tracing::error!("the stitches are lost: {error}");
+            let anew = ProcedureStanding { generation: standing.generation, ..ProcedureStanding::default() };
+            // A first scene without stitches is in every procedure.
+            let _ = session.resume(&anew);
+        }
+    }
 }

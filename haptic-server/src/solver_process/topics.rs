@@ -1,8 +1,8 @@
 //! The solver's topics: what it reads before a step and what it publishes after one.
 //!
 //! The tissue port leaves after every step; report and frame at [`VIEW_PERIOD_NS`], because eyes and tables need
-//! no more; the outline when the scene changes, and late viewers get it from the history. A rejected message
-//! counts as not arrived: the last good one stays.
+//! no more, and at once when a command was answered or a stitch was tied; the outline when the scene changes, and
+//! late viewers get it from the history. A rejected message counts as not arrived: the last good one stays.
 
 use super::pace::Pace;
 use crate::solver::session::SolverSession;
@@ -36,6 +36,7 @@ pub(super) struct Topics {
     next_view_ns: u64,
     next_clean_up_ns: u64,
     answered: u32,
+    shown_rows: u32,
 }
 
 impl Topics {
@@ -59,6 +60,7 @@ impl Topics {
             next_view_ns: 0,
             next_clean_up_ns: 0,
             answered: 0,
+            shown_rows: 0,
         })
     }
 
@@ -94,9 +96,10 @@ impl Topics {
         self.port.send(&mut port)?;
         let report = session.report();
         let outline_is_new = self.shown_generation != Some(session.scene_generation());
-        if now_ns >= self.next_view_ns || outline_is_new || report.command_sequence != self.answered {
+        let is_news = report.command_sequence != self.answered || report.row_count != self.shown_rows;
+        if now_ns >= self.next_view_ns || outline_is_new || is_news {
             self.next_view_ns = now_ns + VIEW_PERIOD_NS;
-            self.answered = report.command_sequence;
+            (self.answered, self.shown_rows) = (report.command_sequence, report.row_count);
             if outline_is_new {
                 self.publish_outline(session)?;
             }

@@ -4,13 +4,14 @@
 //! before a device is touched: one sentence, the right exit code, no half-started run.
 
 use super::child::{ChildProcess, beside_this_program};
-use crate::cli::choice::{ControlChoice, DeviceChoice, SceneChoice};
+use crate::cli::choice::{DeviceChoice, SceneChoice};
 use crate::cli::{RunArgs, SceneArgs};
 use crate::error::ServerError;
 use crate::record::origin;
 use crate::scene_file;
 use crate::servo::params::ServoConfig;
-use crate::servo_link::{NoRtPolicy, RunLength, ServoSpec, Standing, ToServo, to_line};
+use crate::servo_link::{NoRtPolicy, RunLength, ServoSpec, ToServo, to_line};
+use crate::standing::Standing;
 use clap::ValueEnum;
 use protocol::run::RunDir;
 use protocol::trace::Metadata;
@@ -104,28 +105,22 @@ pub(super) fn servo(plan: &Plan, run: &RunDir) -> Result<ChildProcess, ServerErr
     Ok(servo)
 }
 
-/// How a solver is started: at first, or again.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SolverStart {
-    /// Solvers that died before.
-    pub(super) restarts: u32,
-    /// Where the session stood last.
-    pub(super) standing: Option<Standing>,
-}
-
-/// Starts the deformation solver on the run.
-pub(super) fn solver(plan: &Plan, run: &RunDir, start: SolverStart) -> Result<ChildProcess, ServerError> {
+/// Starts the deformation solver on the run; one that follows a dead one is told where that stood.
+pub(super) fn solver(plan: &Plan, run: &RunDir, standing: Option<&Standing>) -> Result<ChildProcess, ServerError> {
     let mut command = Command::new(beside_this_program("deformation-solver")?);
-    let mut scene = plan.scene.clone();
-    if let Some(standing) = start.standing {
-        scene.control = ControlChoice::from_code(standing.control).or(scene.control);
-        command.arg("--resume-scene").arg(standing.scene_index.to_string());
-    }
-    command.args(scene_arguments(&scene)).arg("--run-dir").arg(run.path());
-    command.arg("--restarts").arg(start.restarts.to_string());
+    command.args(scene_arguments(&plan.scene)).arg("--run-dir").arg(run.path());
     command.arg("--guarded-by").arg(std::process::id().to_string());
     command.stdin(Stdio::null()).stdout(Stdio::null());
-    ChildProcess::spawn("deformation-solver", command)
+    let Some(standing) = standing else { return ChildProcess::spawn("deformation-solver", command) };
+    command.arg("--resume").stdin(Stdio::piped());
+    let mut solver = ChildProcess::spawn("deformation-solver", command)?;
+    let untold = |e: std::io::Error| ServerError::Internal(format!("cannot tell the solver where it stands: {e}"));
+    let line = to_line(standing).map_err(|e| untold(e.into()))?;
+    // Dropped after that: end of file. The line is far shorter than a pipe is deep.
+    if let Some(mut stdin) = solver.inner().stdin.take() {
+        stdin.write_all(line.as_bytes()).map_err(untold)?;
+    }
+    Ok(solver)
 }
 
 /// Starts a viewer, if it is built.

@@ -11,11 +11,12 @@ pub mod signals;
 
 use crate::cli::RunArgs;
 use crate::error::ServerError;
-use crate::servo_link::{FromServo, LineBuffer, Standing, ToServo, to_line};
+use crate::servo_link::{FromServo, LineBuffer, ToServo, to_line};
+use crate::standing::Standing;
 use crate::summary::RunSummary;
 use child::ChildProcess;
 use guard::{Action, ChildEnd, Event, Guard, Outcome};
-use launch::{Plan, SolverStart};
+use launch::Plan;
 use protocol::run::{Environment, RunDir, RunRoot};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use signals::{Signals, take_count};
@@ -55,7 +56,10 @@ struct Supervisor<'a> {
     viewer: Option<ChildProcess>,
     summary: Option<RunSummary>,
     faults: Vec<String>,
-    standing: Option<Standing>,
+    /// Where the session stood last.
+    standing: Standing,
+    /// Scene generation with which the last solver began.
+    begun_with: u32,
 }
 
 impl<'a> Supervisor<'a> {
@@ -76,7 +80,8 @@ impl<'a> Supervisor<'a> {
             viewer: None,
             summary: None,
             faults: Vec::new(),
-            standing: None,
+            standing: Standing::default(),
+            begun_with: 0,
         })
     }
 
@@ -148,10 +153,8 @@ impl<'a> Supervisor<'a> {
                     self.handle(Event::ServoReady);
                     self.start_viewer();
                 }
-                FromServo::Heartbeat { ticks, standing } => {
-                    self.standing = standing.or(self.standing);
-                    self.handle(Event::Heartbeat { ticks });
-                }
+                FromServo::Heartbeat { ticks } => self.handle(Event::Heartbeat { ticks }),
+                FromServo::Standing(standing) => self.standing = standing,
                 FromServo::Fault { what } => {
                     tracing::error!("servo fault: {what}; remove the cause, then `haptic-server session rearm`");
                     self.faults.push(what);
@@ -197,8 +200,11 @@ impl<'a> Supervisor<'a> {
 
     /// A restarted solver begins where the session stands, and in a scene generation of its own.
     fn start_solver(&mut self) {
-        let start = SolverStart { restarts: self.guard.solver_restarts(), standing: self.standing };
-        match launch::solver(self.plan, self.run, start) {
+        let standing = (self.guard.solver_restarts() > 0).then(|| self.standing.for_successor(self.begun_with));
+        if let Some(standing) = &standing {
+            self.begun_with = standing.scene_generation;
+        }
+        match launch::solver(self.plan, self.run, standing.as_ref()) {
             Ok(solver) => self.solver = Some(solver),
             Err(error) => {
                 tracing::error!("{error}");

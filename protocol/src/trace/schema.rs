@@ -94,11 +94,13 @@ fn wound_report() -> Value {
         "relative_error",
         "holding_force_n",
         "stitch_tension_n",
+        "rest_length_m",
+        "slipped_m",
     ];
     let row = object(
         all_of(&vector, &points)
             .chain(all_of(&number(), &scalars))
-            .chain(all_of(&integer(), &["pair", "scene_kind", "flags", "reserved"])),
+            .chain(all_of(&integer(), &["pair", "scene_kind", "flags", "scene_index"])),
     );
     let counters = [
         "control",
@@ -112,6 +114,7 @@ fn wound_report() -> Value {
         "command_result",
         "points_taken",
         "grips_used",
+        "scene_generation",
         "solver_steps",
         "step_time_ns",
         "step_time_max_ns",

@@ -31,8 +31,20 @@ fn servo(tick: u64) -> ServoState {
 }
 
 fn report(steps: u64) -> WoundReport {
-    let mut m = WoundReport { solver_steps: steps, row_count: 2, line_point_count: 3, ..WoundReport::EMPTY };
-    m.rows[1] = LedgerRow { original_distance_m: 0.001, relative_error: 1.0 / 3.0, ..LedgerRow::EMPTY };
+    let mut m = WoundReport {
+        solver_steps: steps,
+        row_count: 2,
+        line_point_count: 3,
+        scene_generation: 7,
+        ..WoundReport::EMPTY
+    };
+    m.rows[1] = LedgerRow {
+        original_distance_m: 0.001,
+        relative_error: 1.0 / 3.0,
+        slipped_m: 1e-4,
+        scene_index: 2,
+        ..LedgerRow::EMPTY
+    };
     m.line_m[2] = [1.0, 2.0, 3.0];
     m.stamp(steps, steps * 10_000_000);
     m

@@ -100,6 +100,8 @@ pub(super) struct ReportView<'m> {
     points_taken: u32,
     #[serde(default)]
     grips_used: u32,
+    #[serde(default)]
+    scene_generation: u32,
     solver_steps: u64,
     sim_time_s: f64,
     stability_number: f64,
@@ -126,6 +128,7 @@ impl<'m> ReportView<'m> {
             command_result: m.command_result,
             points_taken: m.points_taken,
             grips_used: m.grips_used,
+            scene_generation: m.scene_generation,
             solver_steps: m.solver_steps,
             sim_time_s: m.sim_time_s,
             stability_number: m.stability_number,
@@ -154,6 +157,7 @@ impl<'m> ReportView<'m> {
             command_result: self.command_result,
             points_taken: self.points_taken,
             grips_used: self.grips_used,
+            scene_generation: self.scene_generation,
             solver_steps: self.solver_steps,
             sim_time_s: self.sim_time_s,
             stability_number: self.stability_number,

@@ -8,7 +8,8 @@ use crate::wound::ledger::LedgerRow;
 use super::build::SceneError;
 use super::config::SceneConfig;
 use super::presets;
-use super::step::{Scene, ServoInput};
+use super::step::{ResumeError, Scene, ServoInput};
+use super::stitching::TiedStitch;
 use super::suturing::Stage;
 
 /// A finished scene stays this long after the hand last held something before the next one begins: time to look and to
@@ -41,9 +42,24 @@ pub enum SessionRequest {
     Control(ControlMode),
 }
 
+/// Where a procedure stood when another solver left it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ProcedureStanding {
+    /// Index of the scene at work.
+    pub scene: usize,
+    /// The generation to go on with.
+    pub generation: u32,
+    /// Control mode of that scene, if it is known.
+    pub control: Option<ControlMode>,
+    /// Tied stitches in the order of tying, each with the index of its scene.
+    pub stitches: Vec<(usize, TiedStitch)>,
+}
+
 /// A row of Table 1 with the scene it belongs to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProcedureRow {
+    /// Index of the scene.
+    pub scene: usize,
     /// Code of the tissue model: 0 skin, 1 liver, 2 vessel.
     pub kind_code: u32,
     /// The row.
@@ -124,9 +140,9 @@ impl Procedure {
 
     /// Table 1 of all scenes in order: a scene that was left stays as it was then.
     pub fn rows(&self) -> impl Iterator<Item = ProcedureRow> + '_ {
-        self.scenes.iter().flat_map(|scene| {
+        self.scenes.iter().enumerate().flat_map(|(index, scene)| {
             let kind_code = scene.kind_code();
-            scene.ledger_rows().iter().map(move |row| ProcedureRow { kind_code, row: *row })
+            scene.ledger_rows().iter().map(move |row| ProcedureRow { scene: index, kind_code, row: *row })
         })
     }
 
@@ -163,6 +179,31 @@ impl Procedure {
             SessionRequest::Control(mode) if self.scene_mut().set_control_mode(mode) => self.control = Some(mode),
             SessionRequest::Control(_) => return Err("this scene has no suture control"),
         }
+        Ok(())
+    }
+
+    /// Goes on where another solver stood: every stitch is tied again, the tissue at rest with it.
+    ///
+    /// # Errors
+    /// [`ResumeError`] when that cannot have been this procedure; nothing has changed then.
+    pub fn resume(&mut self, standing: &ProcedureStanding) -> Result<(), ResumeError> {
+        let count = self.scenes.len();
+        let known = |scene: usize| if scene < count { Ok(scene) } else { Err(ResumeError::Scene { scene, count }) };
+        let current = known(standing.scene)?;
+        let mut tied = vec![Vec::new(); count];
+        for (scene, stitch) in &standing.stitches {
+            tied[known(*scene)?].push(*stitch);
+        }
+        for (scene, stitches) in self.scenes.iter().zip(&tied) {
+            scene.check_stitches(stitches)?;
+        }
+        for (scene, stitches) in self.scenes.iter_mut().zip(&tied) {
+            scene.resume(stitches)?;
+        }
+        self.current = current;
+        self.generation = standing.generation;
+        // A scene without control says nothing about what was chosen for the others.
+        self.control = standing.control.filter(|mode| self.scenes[current].set_control_mode(*mode));
         Ok(())
     }
 

@@ -17,6 +17,10 @@ use crate::vector::Vec3;
 use crate::wound::control::ControlMode;
 use crate::wound::ledger::LedgerRow;
 
+mod resume;
+
+pub use resume::ResumeError;
+
 use super::build::{SceneError, build_tissue, require_rest, solver_params};
 use super::config::SceneConfig;
 use super::grip::{Grip, Grips};

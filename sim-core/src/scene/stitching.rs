@@ -8,7 +8,7 @@ use crate::tissue::constraint::{PairConstraint, PairSense, Pairs};
 use crate::tissue::patch_set::{PatchId, PatchSet};
 use crate::vector::Vec3;
 use crate::wound::control::{ControlEvent, ControlMode, WoundControl};
-use crate::wound::ledger::{LEDGER_CAPACITY, Ledger};
+use crate::wound::ledger::{LEDGER_CAPACITY, Ledger, StitchHistory};
 use crate::wound::stitch::{Stitch, StitchParams};
 
 use super::plan::ScenePlan;
@@ -33,6 +33,23 @@ struct Tied {
     /// None when the solver refused it: the stitch then is in Table 1 and holds nothing.
     constraint: Option<usize>,
     hold: Option<usize>,
+}
+
+/// A stitch as another solver left it; the points' positions when it was finished give `D_o`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TiedStitch {
+    /// Suture pair.
+    pub pair: usize,
+    /// Left suture point when the stitch was finished, metres.
+    pub left_original_m: Vec3,
+    /// Right suture point when the stitch was finished, metres.
+    pub right_original_m: Vec3,
+    /// Rest length of the loop, metres.
+    pub rest_length_m: f64,
+    /// Length that has slipped through the knot, metres.
+    pub slipped_m: f64,
+    /// What has happened to it.
+    pub history: StitchHistory,
 }
 
 /// A shift of a suture point that the control in paper mode asks for.
@@ -114,6 +131,48 @@ impl Stitching {
         true
     }
 
+    /// Ties a stitch again that another solver tied. Returns false when the ledger is full.
+    pub(super) fn resume(
+        &mut self,
+        tied: &TiedStitch,
+        open_distance_m: f64,
+        pairs: &mut Pairs,
+        set: &PatchSet,
+    ) -> bool {
+        let [left, right] = [tied.left_original_m, tied.right_original_m];
+        let Ok(row) = self.ledger.record(tied.pair as u32, left, right, open_distance_m) else { return false };
+        self.ledger.resume(row, tied.history);
+        let stitch = Stitch::resume(tied.rest_length_m, tied.slipped_m);
+        let constraint = pairs.push(set, self.stitch_constraint(tied.pair, &stitch)).ok();
+        self.tied.push(Tied { pair: tied.pair, stitch, constraint, hold: None });
+        true
+    }
+
+    /// While stitches are tied again: each pulls as hard as it must towards its rest length, of which `share` of the way
+    /// from the open wound is asked for.
+    pub(super) fn draw(&self, share: f64, pairs: &mut Pairs, patches: &PatchSet) {
+        for (tied, row) in self.tied.iter().zip(self.ledger.rows()) {
+            let length_m = tied.stitch.rest_length_m();
+            let target_m = length_m + (row.open_distance_m - length_m).max(0.0) * (1.0 - share);
+            let drawn =
+                PairConstraint { target_m, max_force_n: f64::MAX, ..self.stitch_constraint(tied.pair, &tied.stitch) };
+            set(pairs, patches, tied.constraint, drawn);
+        }
+    }
+
+    /// After that: knots hold what they hold, and Table 1 says where the points are.
+    pub(super) fn hold_again(&mut self, position_m: &[Vec3], patches: &PatchSet, pairs: &mut Pairs) {
+        for row in 0..self.tied.len() {
+            let Tied { pair, stitch, constraint, .. } = self.tied[row];
+            set(pairs, patches, constraint, self.stitch_constraint(pair, &stitch));
+            let left = patches.mean(left_patch(pair), position_m);
+            let right = patches.mean(right_patch(pair), position_m);
+            self.ledger.measure(row, left, right);
+            let tension_n = stitch.tension_n(&self.params, (right - left).norm()).min(self.params.holding_force_n());
+            self.ledger.note_stitch(row, tension_n, &stitch);
+        }
+    }
+
     /// After a solver step: slip, Table 1 and Algorithm 2; sets the constraints of the next step.
     pub fn measure(&mut self, position_m: &[Vec3], patches: &PatchSet, pairs: &mut Pairs, dt_s: f64) {
         for row in 0..self.tied.len() {
@@ -122,7 +181,7 @@ impl Stitching {
             let right = patches.mean(right_patch(pair), position_m);
             self.ledger.measure(row, left, right);
             let slip = self.tied[row].stitch.step(&self.params, (right - left).norm());
-            self.ledger.note_stitch(row, slip.tension_n, slip.slipped_m);
+            self.ledger.note_stitch(row, slip.tension_n, &self.tied[row].stitch);
             if slip.slipped_m > 0.0 {
                 let Tied { stitch, constraint, .. } = self.tied[row];
                 set(pairs, patches, constraint, self.stitch_constraint(pair, &stitch));

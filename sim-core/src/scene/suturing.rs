@@ -178,6 +178,13 @@ impl Suturing {
         *self = Self { points_taken: self.points_taken, grips_used: self.grips_used, ..fresh };
     }
 
+    /// Counts a pair as tied that another solver tied; both of its points were taken then.
+    pub(super) fn resume(&mut self, pair: usize) {
+        self.pair = pair;
+        self.points_taken += 2;
+        self.finish_stitch();
+    }
+
     /// The pair and side that the hand should reach for next. After the last stitch: the tied right
     /// points in turn, one per drag.
     #[must_use]

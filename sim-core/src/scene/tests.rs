@@ -2,13 +2,15 @@
 
 use super::build::SceneError;
 use super::presets;
-use super::procedure::{Procedure, SceneSource, SessionRequest};
-use super::step::{Scene, ServoInput};
+use super::procedure::{Procedure, ProcedureStanding, SceneSource, SessionRequest};
+use super::step::{ResumeError, Scene, ServoInput};
+use super::stitching::TiedStitch;
 use super::suturing::{HandInput, Stage};
 use crate::tissue::handle::MAX_HANDLES;
 use crate::tissue::settle::SettleEnd;
 use crate::vector::Vec3;
 use crate::wound::control::ControlMode;
+use crate::wound::ledger::LedgerRow;
 
 /// A tissue at rest may move by rounding and by the residual of settling: 1 µN on 160 N/m is 6 nm.
 const AT_REST_M: f64 = 1e-7;
@@ -77,6 +79,84 @@ fn a_stitch_is_tied_and_written_into_the_ledger() {
         let row = &scene.ledger_rows()[0];
         assert!(row.relative_error <= 0.10, "{}: ER {}", config.name, row.relative_error);
     }
+}
+
+/// What another solver can know of a scene's stitches.
+fn left_behind(scene: &Scene) -> Vec<TiedStitch> {
+    let of = |row: &LedgerRow| TiedStitch {
+        pair: row.pair as usize,
+        left_original_m: row.left_original_m,
+        right_original_m: row.right_original_m,
+        rest_length_m: row.rest_length_m,
+        slipped_m: row.slipped_m,
+        history: row.history,
+    };
+    scene.ledger_rows().iter().map(of).collect()
+}
+
+#[test]
+fn stitches_that_another_solver_tied_hold_the_wound_as_they_did() {
+    /// The stitch itself is stiff: a hundredth of the 0.4 mm that a later pull may open it by, and more.
+    const SAME_DISTANCE_M: f64 = 1e-5;
+    /// The wound as a whole is soft and both are still on their way to rest, the liver by 0.1 mm along its normal.
+    const SAME_PLACE_M: f64 = 2e-4;
+    for config in [presets::skin(), presets::liver(), presets::vessel()] {
+        let mut scene = Scene::new(&config, None).unwrap();
+        one_stitch(&mut scene);
+        let away = |presses| hand(Vec3::new(0.0, 0.0, 0.05), presses, presses);
+        drive(&mut scene, away(2), [None; 2], 300);
+        let mut next = Scene::new(&config, None).unwrap();
+        next.resume(&left_behind(&scene)).unwrap();
+        let mut apart_m = SAME_PLACE_M;
+        for steps in [0, 200] {
+            drive(&mut next, away(0), [None; 2], steps);
+            drive(&mut scene, away(2), [None; 2], steps);
+            let (old, new) = (scene.ledger_rows()[0], next.ledger_rows()[0]);
+            assert_eq!(new.original_distance_m, old.original_distance_m);
+            assert_eq!((new.slipped_m, new.history), (old.slipped_m, old.history), "{}", config.name);
+            assert!((new.open_distance_m - old.open_distance_m).abs() < AT_REST_M);
+            let change_m = (new.current_distance_m - old.current_distance_m).abs();
+            assert!(change_m < SAME_DISTANCE_M, "{}: {change_m} m after {steps} steps", config.name);
+            let [left, right] = [new.left_current_m - old.left_current_m, new.right_current_m - old.right_current_m];
+            let moved_m = left.norm() + right.norm();
+            assert!(moved_m < apart_m, "{}: {moved_m} m apart after {steps} steps", config.name);
+            apart_m = moved_m;
+        }
+        assert_eq!((next.suturing().stitches(), next.suturing().points_taken()), (1, 2));
+        assert_eq!(next.suturing().stage(), Stage::Idle);
+    }
+}
+
+#[test]
+fn a_standing_of_another_procedure_is_refused_and_changes_nothing() {
+    let source = || SceneSource { config: presets::skin(), mesh: None };
+    let mut procedure = Procedure::new(&[source(), source()]).unwrap();
+    let mut scene = Scene::new(&presets::skin(), None).unwrap();
+    one_stitch(&mut scene);
+    let stitch = left_behind(&scene)[0];
+    let standing = |scene, stitches: &[(usize, TiedStitch)]| ProcedureStanding {
+        scene,
+        generation: 40,
+        control: Some(ControlMode::Off),
+        stitches: stitches.to_vec(),
+    };
+    let count = procedure.scene().places().len();
+    let odd = TiedStitch { rest_length_m: f64::NAN, ..stitch };
+    for (bad, expected) in [
+        (standing(2, &[]), ResumeError::Scene { scene: 2, count: 2 }),
+        (standing(0, &[(9, stitch)]), ResumeError::Scene { scene: 9, count: 2 }),
+        (standing(0, &[(0, stitch), (1, TiedStitch { pair: 99, ..stitch })]), ResumeError::Pair { pair: 99, count }),
+        (standing(1, &[(1, stitch), (1, stitch)]), ResumeError::Twice { pair: 0 }),
+        (standing(1, &[(1, odd)]), ResumeError::Number { pair: 0 }),
+    ] {
+        assert_eq!(procedure.resume(&bad), Err(expected));
+        assert_eq!((procedure.progress(), procedure.generation(), procedure.rows().count()), ((0, 2), 1, 0));
+    }
+    procedure.resume(&standing(1, &[(0, stitch), (1, stitch)])).unwrap();
+    assert_eq!((procedure.progress(), procedure.generation(), procedure.rows().count()), ((1, 2), 40, 2));
+    assert_eq!(procedure.scene().control_mode(), Some(ControlMode::Off));
+    procedure.request(SessionRequest::Restore).unwrap();
+    assert_eq!((procedure.generation(), procedure.rows().count()), (41, 1));
 }
 
 #[test]

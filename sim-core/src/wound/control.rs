@@ -227,7 +227,7 @@ impl WoundControl {
         let opened = row.relative_error > params.engage_error && row.current_distance_m > row.original_distance_m;
         let sunk = |from: f64| (from - params.closing_speed_m_per_s * dt_s).max(row.original_distance_m);
         let next = match self.holds[index] {
-            Hold::None if opened => {
+            Hold::None if opened && !row.history.pulled_through => {
                 self.events.push(ControlEvent::Engaged { row: index });
                 Hold::Closing(row.current_distance_m)
             }

@@ -9,6 +9,7 @@
 //! (`control`), the elastic behaviour of a stitch (`stitch`), files.
 
 use crate::vector::Vec3;
+use crate::wound::stitch::Stitch;
 
 /// Rows of one ledger: three scenes of up to 16 stitches. Memory for all of them is taken at once.
 pub const LEDGER_CAPACITY: usize = 48;
@@ -57,6 +58,10 @@ pub struct LedgerRow {
     pub holding_force_max_n: f64,
     /// Tension of the tied line, newtons.
     pub stitch_tension_n: f64,
+    /// Rest length of the tied line, metres.
+    pub rest_length_m: f64,
+    /// Length that has slipped through its knot, metres.
+    pub slipped_m: f64,
     /// History.
     pub history: StitchHistory,
 }
@@ -120,6 +125,8 @@ impl Ledger {
             holding_force_n: 0.0,
             holding_force_max_n: 0.0,
             stitch_tension_n: 0.0,
+            rest_length_m: original_distance_m,
+            slipped_m: 0.0,
             history: StitchHistory::default(),
         });
         Ok(self.rows.len() - 1)
@@ -136,10 +143,17 @@ impl Ledger {
     }
 
     /// Writes what the tied line does in a row; a slip stays in the history.
-    pub fn note_stitch(&mut self, row: usize, tension_n: f64, slipped_m: f64) {
+    pub fn note_stitch(&mut self, row: usize, tension_n: f64, stitch: &Stitch) {
         let row = &mut self.rows[row];
         row.stitch_tension_n = tension_n;
-        row.history.knot_slipped |= slipped_m > 0.0;
+        row.rest_length_m = stitch.rest_length_m();
+        row.slipped_m = stitch.slipped_m();
+        row.history.knot_slipped |= row.slipped_m > 0.0;
+    }
+
+    /// Gives the row of a stitch that another solver tied the history that it had there.
+    pub fn resume(&mut self, row: usize, history: StitchHistory) {
+        self.rows[row].history = history;
     }
 
     /// Writes the force with which the control holds a row.

@@ -53,6 +53,12 @@ impl Stitch {
         Self { rest_length_m: distance_m, slipped_m: 0.0 }
     }
 
+    /// A stitch as it was: its loop's rest length, and what of that has slipped through the knot.
+    #[must_use]
+    pub fn resume(rest_length_m: f64, slipped_m: f64) -> Self {
+        Self { rest_length_m, slipped_m }
+    }
+
     /// Rest length of the loop, metres.
     #[must_use]
     pub fn rest_length_m(&self) -> f64 {

@@ -3,6 +3,7 @@
 //! Figures of time are not asserted: a loaded machine is no fault of the code. What is asserted are states, counts and exit codes.
 
 mod pull;
+mod resume;
 mod watch;
 
 use rustix::process::{Signal, kill_process};

@@ -3,9 +3,10 @@
 //! Tests wait for what they need to see instead of for a time, and end the run themselves: a slow machine then only takes
 //! longer. A servo that has latched a fault will show nothing more, so that waiting ends with it.
 
-use protocol::ports::{PortNode, ServoStateReader};
+use protocol::ports::{PortNode, ServoStateReader, WoundReportSubscriber};
 use protocol::run::{Environment, RunRoot};
 use protocol::servo_state::ServoState;
+use protocol::wound_report::WoundReport;
 use std::time::Duration;
 use suture_tests::processes::{Sandbox, wait_for};
 
@@ -19,6 +20,7 @@ pub(super) const PULL_N: f64 = 0.15;
 /// A reader of one server's state.
 pub(super) struct Watch {
     reader: ServoStateReader,
+    reports: WoundReportSubscriber,
 }
 
 impl Watch {
@@ -29,7 +31,8 @@ impl Watch {
         let root = RunRoot::open(&environment).expect("the server made its root");
         let run = root.attach().expect("a server runs");
         let node = PortNode::join(&run, "watching-test").expect("a reader may come and go");
-        Self { reader: ServoStateReader::new(&node) }
+        let reports = WoundReportSubscriber::open(&node).expect("a reader may come and go");
+        Self { reader: ServoStateReader::new(&node), reports }
     }
 
     /// The first state seen that has what is wanted; `None` when `limit` passes, or the servo faults, before that.
@@ -41,6 +44,11 @@ impl Watch {
             _ => None,
         });
         seen.flatten()
+    }
+
+    /// The first report seen that has what is wanted.
+    pub(super) fn report(&mut self, limit: Duration, wanted: impl Fn(&WoundReport) -> bool) -> Option<WoundReport> {
+        wait_for(limit, || self.reports.newest().ok().flatten().filter(&wanted))
     }
 }
 
