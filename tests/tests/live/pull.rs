@@ -29,6 +29,14 @@ const ROUNDING_N: f64 = 1e-9;
 const LADDER_END_NS: u64 = 380_000_000;
 /// Below this a force is none: a tenth of what an Omni's friction hides.
 const ZERO_N: f64 = 0.026;
+/// Cycles of a solver that runs for a tenth of its time, and the two parts of each: 3 s in all.
+const SLOW_CYCLES: u32 = 60;
+const SLOW_STOPPED: Duration = Duration::from_millis(45);
+const SLOW_RUNNING: Duration = Duration::from_millis(5);
+/// Ports of such a solver are older than two of its periods for most of the time, nanoseconds.
+const SLOW_AGE_NS: u64 = 10_000_000;
+/// Energy that the hand may ever have been given, joules: the bound that every trace has to keep.
+const GIVEN_J: f64 = 2e-3;
 /// What the hand does this long after the fault is no after-effect of it, nanoseconds.
 const LATER_NS: u64 = 2_000_000_000;
 
@@ -81,6 +89,19 @@ fn pull_with(fault: impl Fn(Pid)) -> Option<Met> {
     }
     println!("not shown: the machine stood still in {ATTEMPTS} runs out of {ATTEMPTS}; lower its load");
     None
+}
+
+impl Met {
+    /// The recorded ticks of this long from the fault on.
+    fn within(&self, window: Duration) -> impl Iterator<Item = &ServoState> {
+        let end_ns = self.fault_ns + window.as_nanos() as u64;
+        self.states.iter().filter(move |s| (self.fault_ns..end_ns).contains(&s.header.time_ns))
+    }
+
+    fn missed_within(&self, window: Duration) -> u64 {
+        let missed = || self.within(window).map(|s| s.missed);
+        missed().max().unwrap_or(0) - missed().min().unwrap_or(0)
+    }
 }
 
 /// Whether the machine kept the servo from its ticks.
@@ -137,4 +158,41 @@ fn a_solver_stopped_in_a_pull_is_followed_down_the_ladder_and_back() {
     check(&met);
     let deepest = met.states.iter().map(|s| s.port_age_ns).max().unwrap_or(0);
     assert!(deepest > LADDER_END_NS, "the port never grew old: {deepest} ns");
+}
+
+#[test]
+fn a_solver_ten_times_too_slow_costs_no_tick_no_fault_and_gives_the_hand_nothing() {
+    let _alone = alone();
+    let window = (SLOW_STOPPED + SLOW_RUNNING) * SLOW_CYCLES;
+    let slow = |solver| {
+        for _ in 0..SLOW_CYCLES {
+            kill_process(solver, Signal::STOP).expect("the solver is there");
+            std::thread::sleep(SLOW_STOPPED);
+            kill_process(solver, Signal::CONT).expect("the solver is there");
+            std::thread::sleep(SLOW_RUNNING);
+        }
+    };
+    let mut fewest = u64::MAX;
+    for _ in 0..ATTEMPTS {
+        let Some(met) = pull_with(slow) else { return };
+        check(&met);
+        assert_eq!(met.summary["solver_restarts"], 0, "{}", met.summary);
+        let (ticks, old) =
+            (met.within(window).count(), met.within(window).filter(|s| s.port_age_ns > SLOW_AGE_NS).count());
+        assert!(2 * old > ticks, "the solver was never slow: {old} of {ticks} ticks had an old port");
+        let given = met.states.iter().map(|s| s.energy_to_hand_j).fold(f64::NEG_INFINITY, f64::max);
+        assert!(given < GIVEN_J, "{given} J given to the hand");
+        // The same run with a solver that keeps its time: what the machine costs by itself.
+        let Some(paired) = pull_with(|_| std::thread::sleep(window)) else { return };
+        let (missed, machine) = (met.missed_within(window), paired.missed_within(window));
+        println!(
+            "{missed} of {ticks} ticks missed beside a slow solver, {machine} beside a sound one; {given} J at most"
+        );
+        fewest = fewest.min(missed.saturating_sub(machine));
+        // A port that cost a tick would cost one in each cycle.
+        if fewest < u64::from(SLOW_CYCLES / 4) {
+            return;
+        }
+    }
+    panic!("a slow solver costs at least {fewest} ticks in {SLOW_CYCLES} cycles");
 }
