@@ -47,9 +47,9 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use triple_buffer::Input;
 
-/// Time between two heartbeats.
+/// Time between two heartbeats: far below the supervisor's limit, far above a tick.
 const HEARTBEAT: Timespec = Timespec { tv_sec: 0, tv_nsec: 10_000_000 };
-/// Telemetry speaks once in so many heartbeats.
+/// Telemetry speaks once in so many heartbeats: five times a second.
 const HEARTBEATS_PER_TELLING: u32 = 20;
 /// Name of the last fault's flight record, beside the run directories.
 const FLIGHT_RECORD: &str = "flight-record.csv";

@@ -11,20 +11,20 @@ use crate::exit;
 use crate::servo_link::ToServo;
 use std::time::Duration;
 
-/// The servo must report ready within this.
+/// The servo must report ready within this: device and shared memory take a second; a machine that swaps takes ten.
 pub const START_LIMIT: Duration = Duration::from_secs(30);
 /// A servo whose tick counter stands still for this long is killed. A machine without real-time rights
 /// under load stalls for tenths of a second, so the limit is far above that.
 pub const HEARTBEAT_LIMIT: Duration = Duration::from_secs(2);
-/// After the stop request the servo has this long to ramp, report and end.
+/// After the stop request the servo has this long to ramp (50 ms), end its recording, report and end.
 pub const STOP_LIMIT: Duration = Duration::from_secs(3);
-/// Delay before a dead solver is started again, first time.
+/// Delay before a dead solver is started again, first time: half of what the force needs to fade, so that none is lost.
 pub const RESTART_DELAY: Duration = Duration::from_millis(50);
-/// Longest such delay.
+/// Longest such delay: a person who waits for the tissue to come back notices no more than this.
 pub const RESTART_DELAY_MAX: Duration = Duration::from_secs(1);
-/// A solver that lived this long died of something new: the delay starts over.
+/// A solver that lived this long died of something new (loading takes less than a second): the delay starts over.
 pub const QUICK_DEATH: Duration = Duration::from_secs(2);
-/// After so many quick deaths in a row the solver is given up.
+/// After so many quick deaths in a row, some 15 s of trying, the solver is given up.
 pub const QUICK_DEATHS_MAX: u32 = 20;
 
 /// How a child ended.

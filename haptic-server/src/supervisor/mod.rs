@@ -23,9 +23,9 @@ use signals::{Signals, take_count};
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
-/// The solver and the viewer have this long to end after SIGTERM.
+/// The solver and the viewer have this long to end after SIGTERM: some of their steps; then they are killed.
 const CHILD_END_LIMIT: Duration = Duration::from_secs(1);
-/// Most that is read from the servo at once, bytes.
+/// Most that is read from the servo at once, bytes: what a pipe holds.
 const READ_CHUNK: usize = 1 << 16;
 
 /// Runs a session live and gives its summary.

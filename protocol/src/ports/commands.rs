@@ -3,15 +3,14 @@
 //! A queue of 16 per sender; when a receiver sleeps longer, the oldest commands are lost (safe
 //! overflow), because a sender must never wait for the solver.
 
-use super::latest::{BORROWED, publisher_error, receive_error, send_error, service_error, subscriber_error};
-use super::node::{name_of, required_layout, retried};
-use super::{MAX_NODES, MAX_RECEIVERS, PortError, PortNode, monotonic_ns};
+use super::latest::{Depth, open, receive_error, send_error, subscriber_error, writer};
+use super::node::retried;
+use super::{PortError, PortNode, monotonic_ns};
 use crate::session_command::SessionCommand;
 use crate::wire::{Field, Message};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
-use iceoryx2::prelude::{BackpressureStrategy, ipc};
-use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
+use iceoryx2::prelude::ipc;
 
 /// Commands that wait for a receiver, per sender.
 const QUEUE: usize = 16;
@@ -22,24 +21,7 @@ const MAX_SENDERS: usize = 16;
 const SENDER_SHIFT: u32 = 16;
 const TOPIC: &str = SessionCommand::NAME;
 
-fn open(node: &PortNode) -> Result<PortFactory<ipc::Service, SessionCommand, ()>, PortError> {
-    let name = name_of::<SessionCommand>()?;
-    let layout = required_layout::<SessionCommand>()?;
-    retried(|| {
-        node.node()
-            .service_builder(&name)
-            .publish_subscribe::<SessionCommand>()
-            .enable_safe_overflow(true)
-            .subscriber_max_buffer_size(QUEUE)
-            .history_size(0)
-            .subscriber_max_borrowed_samples(BORROWED)
-            .max_publishers(MAX_SENDERS)
-            .max_subscribers(MAX_RECEIVERS)
-            .max_nodes(MAX_NODES)
-            .open_or_create_with_attributes(&layout)
-            .map_err(|e| service_error::<SessionCommand>(&e))
-    })
-}
+const DEPTH: Depth = Depth { buffer: QUEUE, history: 0, writers: MAX_SENDERS };
 
 /// Sends commands to the running session.
 #[derive(Debug)]
@@ -54,15 +36,7 @@ impl SessionCommandPublisher {
     /// # Errors
     /// [`PortError::Full`], [`PortError::Incompatible`], [`PortError::Open`].
     pub fn open(node: &PortNode) -> Result<Self, PortError> {
-        let service = open(node)?;
-        let publisher = retried(|| {
-            service
-                .publisher_builder()
-                .backpressure_strategy(BackpressureStrategy::DiscardData)
-                .max_loaned_samples(1)
-                .create()
-                .map_err(publisher_error::<SessionCommand>)
-        })?;
+        let publisher = writer(&open(node, &DEPTH)?)?;
         Ok(Self { publisher, sequence: u64::from(std::process::id()) << SENDER_SHIFT })
     }
 
@@ -98,7 +72,7 @@ impl SessionCommandSubscriber {
     /// # Errors
     /// [`PortError::Full`], [`PortError::Incompatible`], [`PortError::Open`].
     pub fn open(node: &PortNode) -> Result<Self, PortError> {
-        let service = open(node)?;
+        let service = open(node, &DEPTH)?;
         let subscriber = retried(|| {
             service.subscriber_builder().buffer_size(QUEUE).create().map_err(subscriber_error::<SessionCommand>)
         })?;

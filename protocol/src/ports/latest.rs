@@ -21,7 +21,23 @@ pub(super) const KEPT: usize = 1;
 /// One sample in hand while the next is fetched.
 pub(super) const BORROWED: usize = 2;
 
-fn open<M: Message + ZeroCopySend + Debug>(node: &PortNode) -> Result<PortFactory<ipc::Service, M, ()>, PortError> {
+/// What a topic of fixed-size messages keeps, and for how many.
+pub(super) struct Depth {
+    /// Messages that wait for a receiver.
+    pub(super) buffer: usize,
+    /// Messages that a late receiver gets.
+    pub(super) history: usize,
+    /// Writers at the same time.
+    pub(super) writers: usize,
+}
+
+const NEWEST: Depth = Depth { buffer: KEPT, history: KEPT, writers: 1 };
+
+/// Opens a topic; a full buffer loses its oldest message.
+pub(super) fn open<M: Message + ZeroCopySend + Debug>(
+    node: &PortNode,
+    depth: &Depth,
+) -> Result<PortFactory<ipc::Service, M, ()>, PortError> {
     let name = name_of::<M>()?;
     let layout = required_layout::<M>()?;
     retried(|| {
@@ -29,14 +45,28 @@ fn open<M: Message + ZeroCopySend + Debug>(node: &PortNode) -> Result<PortFactor
             .service_builder(&name)
             .publish_subscribe::<M>()
             .enable_safe_overflow(true)
-            .subscriber_max_buffer_size(KEPT)
-            .history_size(KEPT)
+            .subscriber_max_buffer_size(depth.buffer)
+            .history_size(depth.history)
             .subscriber_max_borrowed_samples(BORROWED)
-            .max_publishers(1)
+            .max_publishers(depth.writers)
             .max_subscribers(MAX_RECEIVERS)
             .max_nodes(MAX_NODES)
             .open_or_create_with_attributes(&layout)
             .map_err(|e| service_error::<M>(&e))
+    })
+}
+
+/// A writer that never waits for a receiver.
+pub(super) fn writer<M: Message + ZeroCopySend + Debug>(
+    service: &PortFactory<ipc::Service, M, ()>,
+) -> Result<Publisher<ipc::Service, M, ()>, PortError> {
+    retried(|| {
+        service
+            .publisher_builder()
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .max_loaned_samples(1)
+            .create()
+            .map_err(publisher_error::<M>)
     })
 }
 
@@ -87,16 +117,7 @@ impl<M: Message + ZeroCopySend + Debug> LatestPublisher<M> {
     /// # Errors
     /// [`PortError::Full`] while another writer lives, [`PortError::Incompatible`], [`PortError::Open`].
     pub fn open(node: &PortNode) -> Result<Self, PortError> {
-        let service = open::<M>(node)?;
-        let publisher = retried(|| {
-            service
-                .publisher_builder()
-                .backpressure_strategy(BackpressureStrategy::DiscardData)
-                .max_loaned_samples(1)
-                .create()
-                .map_err(publisher_error::<M>)
-        })?;
-        Ok(Self { publisher, sequence: 0 })
+        Ok(Self { publisher: writer(&open::<M>(node, &NEWEST)?)?, sequence: 0 })
     }
 
     /// Fills the header (sequence, time) and sends.
@@ -122,7 +143,7 @@ impl<M: Message + ZeroCopySend + Debug> LatestSubscriber<M> {
     /// # Errors
     /// [`PortError::Full`], [`PortError::Incompatible`], [`PortError::Open`].
     pub fn open(node: &PortNode) -> Result<Self, PortError> {
-        let service = open::<M>(node)?;
+        let service = open::<M>(node, &NEWEST)?;
         let subscriber = retried(|| service.subscriber_builder().create().map_err(subscriber_error::<M>))?;
         Ok(Self { subscriber })
     }
