@@ -23,17 +23,29 @@ pub enum KernelLevel {
 /// `f64` vectors of an instruction set.
 pub(super) type Wide<L> = <<L as Lanes>::Simd as Simd>::f64s;
 
+/// `f32` vectors of an instruction set.
+pub(super) type Wide32<L> = <<L as Lanes>::Simd as Simd>::f32s;
+
 /// What a kernel asks of an instruction set.
 pub(super) trait Lanes: Copy {
     /// Vectors of the full width.
     type Simd: Simd;
     /// Four numbers side by side.
     type Quad: Copy;
+    /// Four numbers of single precision.
+    type Quad32: Copy;
 
     /// Vectors of the full width.
     fn simd(self) -> Self::Simd;
     /// `1/√x`, to rounding; `x` in 1e-300..1e300.
     fn inverse_root(self, x: Wide<Self>) -> Wide<Self>;
+
+    /// `1/√x` in single precision, to two roundings; `x` in 1e-30..1e30.
+    #[inline(always)]
+    fn inverse_root32(self, x: Wide32<Self>) -> Wide32<Self> {
+        let s = self.simd();
+        s.div_f32s(s.splat_f32s(1.0), s.sqrt_f32s(x))
+    }
 
     /// The four numbers of a node.
     fn quad(self, from: [f64; 4]) -> Self::Quad;
@@ -55,6 +67,25 @@ pub(super) trait Lanes: Copy {
     fn inverse_root_quad(self, x: Self::Quad) -> Self::Quad;
     /// Each lane in all four lanes.
     fn spread(self, q: Self::Quad) -> [Self::Quad; 4];
+
+    /// The four numbers of a node.
+    fn quad32(self, from: [f32; 4]) -> Self::Quad32;
+    /// The way back.
+    fn array32(self, q: Self::Quad32) -> [f32; 4];
+    /// `a + b`.
+    fn add32(self, a: Self::Quad32, b: Self::Quad32) -> Self::Quad32;
+    /// `a − b`.
+    fn sub32(self, a: Self::Quad32, b: Self::Quad32) -> Self::Quad32;
+    /// `a b + c`.
+    fn mul_add32(self, a: Self::Quad32, b: Self::Quad32, c: Self::Quad32) -> Self::Quad32;
+    /// `c − a b`.
+    fn neg_mul_add32(self, a: Self::Quad32, b: Self::Quad32, c: Self::Quad32) -> Self::Quad32;
+    /// Sum of the squares of each of four, at least `floor`.
+    fn squares32(self, d: [Self::Quad32; 4], floor: f32) -> Self::Quad32;
+    /// `1/√x`, to rounding.
+    fn inverse_root_quad32(self, x: Self::Quad32) -> Self::Quad32;
+    /// Each lane in all four lanes.
+    fn spread32(self, q: Self::Quad32) -> [Self::Quad32; 4];
 }
 
 /// A computation over [`Lanes`].

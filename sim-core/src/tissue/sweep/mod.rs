@@ -11,6 +11,8 @@ mod diagonals;
 pub mod dispatch;
 mod portable;
 mod quads;
+pub mod single;
+mod single_stencil;
 mod stencil;
 #[cfg(test)]
 mod tests;
@@ -23,6 +25,8 @@ use crate::vector::Vec3;
 use diagonals::Diagonals;
 use dispatch::KernelLevel;
 use quads::Quads;
+use single::{Ends, Singles};
+use single_stencil::SingleStencil;
 use stencil::Stencil;
 
 /// How a sweep visits the springs.
@@ -36,6 +40,17 @@ pub enum KernelPath {
     Stencil,
 }
 
+/// Numbers of a sweep.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// `f64` throughout.
+    #[default]
+    Double,
+    /// Displacements and forces in `f32`, to [`single::SINGLE_TOLERANCE`]; for finite positions within 1e15 m of the built
+    /// ones. Coincident ends give no force but are not counted.
+    Single,
+}
+
 /// Share of springs on diagonals from which the stencil is chosen.
 const STENCIL_SHARE: f64 = 0.6;
 
@@ -45,6 +60,7 @@ pub struct SpringSweep {
     layout: Layout,
     level: KernelLevel,
     path: KernelPath,
+    precision: Precision,
     /// Both ends of each spring, to count those that coincide.
     ends: Vec<[u32; 2]>,
     /// Springs that pull only: few, their push is taken out again after the sweep.
@@ -55,6 +71,8 @@ pub struct SpringSweep {
 enum Layout {
     Quads(Quads),
     Stencil(Box<Stencil>, Option<Quads>),
+    Singles(Singles),
+    SingleStencil(Box<SingleStencil>, Option<Quads>),
 }
 
 impl SpringSweep {
@@ -70,39 +88,58 @@ impl SpringSweep {
         let (diagonals, rest) = Diagonals::find(&network.springs);
         let regular = diagonals.springs as f64 >= STENCIL_SHARE * network.springs.len() as f64;
         if !regular || network.springs.is_empty() {
-            return Self::with(network, KernelPath::Rows, level);
+            return Self::with(network, KernelPath::Rows, Precision::Double, level);
         }
         let rest = (!rest.is_empty()).then(|| Quads::edges(&rest));
         let stencil = Box::new(Stencil::new(diagonals, network.node_count()));
-        Self::from_layout(network, Layout::Stencil(stencil, rest), KernelPath::Stencil, level)
+        Self::from_layout(network, Layout::Stencil(stencil, rest), KernelPath::Stencil, Precision::Double, level)
     }
 
     /// Lays out a network on a given path.
     #[must_use]
-    pub fn with(network: &SpringNetwork, path: KernelPath, level: KernelLevel) -> Self {
+    pub fn with(network: &SpringNetwork, path: KernelPath, precision: Precision, level: KernelLevel) -> Self {
         let (springs, nodes) = (&network.springs, network.node_count());
-        let layout = match path {
-            KernelPath::Rows => Layout::Quads(Quads::rows(springs, nodes)),
-            KernelPath::Gather => Layout::Quads(Quads::gather(springs, nodes)),
-            KernelPath::Stencil => {
+        let layout = match (path, precision) {
+            (KernelPath::Rows, Precision::Double) => Layout::Quads(Quads::rows(springs, nodes)),
+            (KernelPath::Gather, Precision::Double) => Layout::Quads(Quads::gather(springs, nodes)),
+            (KernelPath::Rows, Precision::Single) => Layout::Singles(Singles::new(network, Ends::Lower)),
+            (KernelPath::Gather, Precision::Single) => Layout::Singles(Singles::new(network, Ends::Both)),
+            (KernelPath::Stencil, _) => {
                 let (diagonals, rest) = Diagonals::find(springs);
                 let rest = (!rest.is_empty()).then(|| Quads::edges(&rest));
-                Layout::Stencil(Box::new(Stencil::new(diagonals, nodes)), rest)
+                match precision {
+                    Precision::Double => Layout::Stencil(Box::new(Stencil::new(diagonals, nodes)), rest),
+                    Precision::Single => {
+                        Layout::SingleStencil(Box::new(SingleStencil::new(&diagonals, &network.rest_m)), rest)
+                    }
+                }
             }
         };
-        Self::from_layout(network, layout, path, level)
+        Self::from_layout(network, layout, path, precision, level)
     }
 
-    fn from_layout(network: &SpringNetwork, layout: Layout, path: KernelPath, level: KernelLevel) -> Self {
+    fn from_layout(
+        network: &SpringNetwork,
+        layout: Layout,
+        path: KernelPath,
+        precision: Precision,
+        level: KernelLevel,
+    ) -> Self {
         let ends = network.springs.iter().map(|s| [s.a, s.b]).collect();
         let pulls_only = network.pulls_only.iter().map(|&i| network.springs[i as usize]).collect();
-        Self { layout, level, path, ends, pulls_only }
+        Self { layout, level, path, precision, ends, pulls_only }
     }
 
     /// The path taken.
     #[must_use]
     pub fn path(&self) -> KernelPath {
         self.path
+    }
+
+    /// The numbers taken.
+    #[must_use]
+    pub fn precision(&self) -> Precision {
+        self.precision
     }
 
     /// The limit on instruction sets.
@@ -115,8 +152,10 @@ impl SpringSweep {
     #[must_use]
     pub fn regular_springs(&self) -> usize {
         match &self.layout {
-            Layout::Quads(_) => 0,
-            Layout::Stencil(stencil, _) => stencil.springs(),
+            Layout::Quads(_) | Layout::Singles(_) => 0,
+            Layout::Stencil(_, rest) | Layout::SingleStencil(_, rest) => {
+                self.ends.len() - rest.as_ref().map_or(0, Quads::springs)
+            }
         }
     }
 
@@ -130,6 +169,17 @@ impl SpringSweep {
             Layout::Stencil(stencil, rest) => {
                 let least = self.level.run(stencil.sweep(position_m, force_n));
                 rest.as_mut().map_or(least, |rest| least.min(self.level.run(rest.sweep(position_m, force_n))))
+            }
+            Layout::Singles(singles) => {
+                self.level.run(singles.sweep(position_m, force_n));
+                f64::MAX
+            }
+            Layout::SingleStencil(stencil, rest) => {
+                self.level.run(stencil.sweep(position_m, force_n));
+                if let Some(rest) = rest {
+                    self.level.run(rest.sweep(position_m, force_n));
+                }
+                f64::MAX
             }
         };
         for s in &self.pulls_only {

@@ -24,13 +24,14 @@ impl<K: Kernel> pulp::WithSimd for AnySimd<K> {
 }
 
 #[inline(always)]
-fn each(f: impl Fn(usize) -> f64) -> [f64; 4] {
+fn each<T>(f: impl Fn(usize) -> T) -> [T; 4] {
     [f(0), f(1), f(2), f(3)]
 }
 
 impl<S: Simd> Lanes for Exact<S> {
     type Simd = S;
     type Quad = [f64; 4];
+    type Quad32 = [f32; 4];
 
     #[inline(always)]
     fn simd(self) -> S {
@@ -89,6 +90,52 @@ impl<S: Simd> Lanes for Exact<S> {
 
     #[inline(always)]
     fn spread(self, q: [f64; 4]) -> [[f64; 4]; 4] {
+        [[q[0]; 4], [q[1]; 4], [q[2]; 4], [q[3]; 4]]
+    }
+
+    #[inline(always)]
+    fn quad32(self, from: [f32; 4]) -> [f32; 4] {
+        from
+    }
+
+    #[inline(always)]
+    fn array32(self, q: [f32; 4]) -> [f32; 4] {
+        q
+    }
+
+    #[inline(always)]
+    fn add32(self, a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+        each(|i| a[i] + b[i])
+    }
+
+    #[inline(always)]
+    fn sub32(self, a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+        each(|i| a[i] - b[i])
+    }
+
+    #[inline(always)]
+    fn mul_add32(self, a: [f32; 4], b: [f32; 4], c: [f32; 4]) -> [f32; 4] {
+        each(|i| a[i] * b[i] + c[i])
+    }
+
+    #[inline(always)]
+    fn neg_mul_add32(self, a: [f32; 4], b: [f32; 4], c: [f32; 4]) -> [f32; 4] {
+        each(|i| c[i] - a[i] * b[i])
+    }
+
+    #[inline(always)]
+    fn squares32(self, d: [[f32; 4]; 4], floor: f32) -> [f32; 4] {
+        let squared = |i: usize| d[i][0] * d[i][0] + d[i][1] * d[i][1] + d[i][2] * d[i][2];
+        each(|i| if squared(i) > floor { squared(i) } else { floor })
+    }
+
+    #[inline(always)]
+    fn inverse_root_quad32(self, x: [f32; 4]) -> [f32; 4] {
+        each(|i| 1.0 / x[i].sqrt())
+    }
+
+    #[inline(always)]
+    fn spread32(self, q: [f32; 4]) -> [[f32; 4]; 4] {
         [[q[0]; 4], [q[1]; 4], [q[2]; 4], [q[3]; 4]]
     }
 }

@@ -59,6 +59,7 @@ pub(super) struct Quads {
     nodes: Option<Vec<u32>>,
     position: Vec<Node>,
     force: Vec<Node>,
+    springs: usize,
 }
 
 impl Quads {
@@ -66,14 +67,14 @@ impl Quads {
     pub(super) fn rows(springs: &[Spring], nodes: usize) -> Self {
         let ends = springs.iter().map(|s| (s.a, (s.b, *s))).collect();
         let (start, fours) = by_node(ends, nodes);
-        Self::new(Order::Rows(start), fours, None, nodes)
+        Self::new(Order::Rows(start), fours, None, nodes, springs.len())
     }
 
     /// Each spring from both ends.
     pub(super) fn gather(springs: &[Spring], nodes: usize) -> Self {
         let ends = springs.iter().flat_map(|s| [(s.a, (s.b, *s)), (s.b, (s.a, *s))]).collect();
         let (start, fours) = by_node(ends, nodes);
-        Self::new(Order::Gather(start), fours, None, nodes)
+        Self::new(Order::Gather(start), fours, None, nodes, springs.len())
     }
 
     /// Each spring once, in rounds that take one spring of each lower node; only the nodes they touch.
@@ -95,13 +96,18 @@ impl Quads {
             fours.push(Four::new(&uppers, beyond));
         }
         let count = nodes.len();
-        Self::new(Order::Edges(lower), fours, Some(nodes), count)
+        Self::new(Order::Edges(lower), fours, Some(nodes), count, springs.len())
     }
 
-    fn new(order: Order, fours: Vec<Four>, nodes: Option<Vec<u32>>, count: usize) -> Self {
+    fn new(order: Order, fours: Vec<Four>, nodes: Option<Vec<u32>>, count: usize, springs: usize) -> Self {
         let mut position = vec![Node::default(); count + 1];
         position[count] = Node([BEYOND_M, BEYOND_M, BEYOND_M, 0.0]);
-        Self { order, fours, nodes, position, force: vec![Node::default(); count + 1] }
+        Self { order, fours, nodes, position, force: vec![Node::default(); count + 1], springs }
+    }
+
+    /// Springs.
+    pub(super) fn springs(&self) -> usize {
+        self.springs
     }
 
     /// The kernel of one sweep.

@@ -40,11 +40,6 @@ impl Stencil {
         Self { diagonals, nodes, stride, arrays, pull: Aligned::new(3 * BLOCK) }
     }
 
-    /// Springs on the diagonals.
-    pub(super) fn springs(&self) -> usize {
-        self.diagonals.springs
-    }
-
     /// The kernel of one sweep.
     pub(super) fn sweep<'a>(&'a mut self, position_m: &'a [Vec3], force_n: &'a mut [Vec3]) -> StencilSweep<'a> {
         StencilSweep { stencil: self, position_m, force_n }

@@ -68,7 +68,7 @@ fn eq3_every_path_and_level_gives_the_force_of_the_plain_gather() {
         let largest = scale.max(110.0 * reach.fold(0.0, f64::max));
         for (path, level) in PATHS.iter().flat_map(|p| LEVELS.iter().map(move |l| (*p, *l))) {
             let mut found = vec![Vec3::repeat(7.0); count];
-            assert_eq!(SpringSweep::with(&net, path, level).sweep(&net.rest_m, &mut found), 0);
+            assert_eq!(SpringSweep::with(&net, path, Precision::Double, level).sweep(&net.rest_m, &mut found), 0);
             for (node, (a, b)) in plain.iter().zip(&found).enumerate() {
                 assert!((a - b).norm() <= 20.0 * ROUNDING * largest, "{path:?} {level:?} {node}: {a} {b}");
             }
@@ -90,7 +90,7 @@ fn coincident_ends_give_no_force_and_are_counted() {
     let net = network(x, vec![spring(0, 1)]);
     for (path, level) in PATHS.iter().flat_map(|p| LEVELS.iter().map(move |l| (*p, *l))) {
         let mut f = vec![Vec3::repeat(7.0); 3];
-        assert_eq!(SpringSweep::with(&net, path, level).sweep(&net.rest_m, &mut f), 1);
+        assert_eq!(SpringSweep::with(&net, path, Precision::Double, level).sweep(&net.rest_m, &mut f), 1);
         assert_eq!(f, vec![Vec3::zeros(); 3]);
     }
 }
@@ -100,7 +100,7 @@ fn ends_very_far_apart_stay_finite() {
     let net = network(vec![Vec3::zeros(), Vec3::new(1e200, 0.0, 0.0)], vec![spring(0, 1)]);
     for (path, level) in PATHS.iter().flat_map(|p| LEVELS.iter().map(move |l| (*p, *l))) {
         let mut f = vec![Vec3::zeros(); 2];
-        SpringSweep::with(&net, path, level).sweep(&net.rest_m, &mut f);
+        SpringSweep::with(&net, path, Precision::Double, level).sweep(&net.rest_m, &mut f);
         assert!((f[0].x / 1e202 - 1.0).abs() < 1e-9 && f[1] == -f[0], "{path:?} {level:?} {f:?}");
     }
 }
@@ -109,12 +109,38 @@ fn ends_very_far_apart_stay_finite() {
 fn a_sweep_repeats_to_the_bit_and_a_copy_of_it_too() {
     let net = sheet(40, 33);
     for path in PATHS {
-        let mut sweep = SpringSweep::with(&net, path, KernelLevel::Best);
+        let mut sweep = SpringSweep::with(&net, path, Precision::Double, KernelLevel::Best);
         let (mut first, mut second) = (vec![Vec3::zeros(); net.node_count()], vec![Vec3::zeros(); net.node_count()]);
         sweep.sweep(&net.rest_m, &mut first);
         sweep.clone().sweep(&net.rest_m, &mut second);
         assert_eq!(first, second);
         sweep.sweep(&net.rest_m, &mut second);
         assert_eq!(first, second);
+    }
+}
+
+#[test]
+fn single_precision_keeps_its_tolerance_in_a_bent_mesh() {
+    for net in [sheet(40, 33), sheet(9, 5), tangle(61)] {
+        // Bent by 5 mm.
+        let bend = |x: &Vec3| x + Vec3::new(0.0, 0.0, 5e-3 * (40.0 * x.x).sin() + 2e-4 * (900.0 * x.y).cos());
+        let position: Vec<Vec3> = net.rest_m.iter().map(bend).collect();
+        let mut plain = vec![Vec3::zeros(); net.node_count()];
+        force::gather(&net, &position, &mut plain);
+        let mut allowed = vec![0.0; net.node_count()];
+        for s in &net.springs {
+            let reach = (position[s.a as usize] - position[s.b as usize]).norm() + s.rest_length_m;
+            // Displacements of 5 mm are rounded to 2^-24 of that at either end.
+            let share = s.stiffness_n_per_m * (single::SINGLE_TOLERANCE * reach + 6e-3 * 2.0_f64.powi(-23));
+            allowed[s.a as usize] += share;
+            allowed[s.b as usize] += share;
+        }
+        for (path, level) in PATHS.iter().flat_map(|p| LEVELS.iter().map(move |l| (*p, *l))) {
+            let mut found = vec![Vec3::repeat(7.0); net.node_count()];
+            SpringSweep::with(&net, path, Precision::Single, level).sweep(&position, &mut found);
+            for (node, ((a, b), allowed)) in plain.iter().zip(&found).zip(&allowed).enumerate() {
+                assert!((a - b).norm() <= *allowed, "{path:?} {level:?} {node}: {a} {b}, {allowed:e}");
+            }
+        }
     }
 }

@@ -5,9 +5,9 @@
 //! root and quotient are faster than a start in `f32` with a third-order step. Quads take root and quotient on both: they
 //! wait for memory, not for the divider.
 
-use super::dispatch::{Lanes, Wide};
+use super::dispatch::{Lanes, Wide, Wide32};
 use pulp::x86::{V3, V4};
-use pulp::{Simd, cast, f64x4};
+use pulp::{Simd, cast, f32x4, f64x4};
 
 /// Steps from the estimate of 2⁻¹⁴ to rounding.
 const NEWTON_STEPS: u32 = 2;
@@ -18,6 +18,7 @@ const LARGEST: f64 = 1.0e300;
 macro_rules! quads {
     () => {
         type Quad = f64x4;
+        type Quad32 = f32x4;
 
         #[inline(always)]
         fn simd(self) -> Self {
@@ -86,12 +87,74 @@ macro_rules! quads {
                 cast(avx2._mm256_permute4x64_pd::<0xff>(cast(q))),
             ]
         }
+
+        #[inline(always)]
+        fn quad32(self, from: [f32; 4]) -> f32x4 {
+            cast(from)
+        }
+
+        #[inline(always)]
+        fn array32(self, q: f32x4) -> [f32; 4] {
+            cast(q)
+        }
+
+        #[inline(always)]
+        fn add32(self, a: f32x4, b: f32x4) -> f32x4 {
+            cast(self.sse._mm_add_ps(cast(a), cast(b)))
+        }
+
+        #[inline(always)]
+        fn sub32(self, a: f32x4, b: f32x4) -> f32x4 {
+            cast(self.sse._mm_sub_ps(cast(a), cast(b)))
+        }
+
+        #[inline(always)]
+        fn mul_add32(self, a: f32x4, b: f32x4, c: f32x4) -> f32x4 {
+            cast(self.fma._mm_fmadd_ps(cast(a), cast(b), cast(c)))
+        }
+
+        #[inline(always)]
+        fn neg_mul_add32(self, a: f32x4, b: f32x4, c: f32x4) -> f32x4 {
+            cast(self.fma._mm_fnmadd_ps(cast(a), cast(b), cast(c)))
+        }
+
+        #[inline(always)]
+        fn squares32(self, d: [f32x4; 4], floor: f32) -> f32x4 {
+            let (sse, sse3) = (self.sse, self.sse3);
+            let [p, q, r, s] = [cast(d[0]), cast(d[1]), cast(d[2]), cast(d[3])];
+            let first = sse3._mm_hadd_ps(sse._mm_mul_ps(p, p), sse._mm_mul_ps(q, q));
+            let second = sse3._mm_hadd_ps(sse._mm_mul_ps(r, r), sse._mm_mul_ps(s, s));
+            cast(sse._mm_max_ps(sse3._mm_hadd_ps(first, second), sse._mm_set1_ps(floor)))
+        }
+
+        #[inline(always)]
+        fn inverse_root_quad32(self, x: f32x4) -> f32x4 {
+            cast(self.sse._mm_div_ps(self.sse._mm_set1_ps(1.0), self.sse._mm_sqrt_ps(cast(x))))
+        }
+
+        #[inline(always)]
+        fn spread32(self, q: f32x4) -> [f32x4; 4] {
+            let (sse, q) = (self.sse, cast(q));
+            [
+                cast(sse._mm_shuffle_ps::<0x00>(q, q)),
+                cast(sse._mm_shuffle_ps::<0x55>(q, q)),
+                cast(sse._mm_shuffle_ps::<0xaa>(q, q)),
+                cast(sse._mm_shuffle_ps::<0xff>(q, q)),
+            ]
+        }
     };
 }
 
 impl Lanes for V3 {
     type Simd = Self;
     quads!();
+
+    #[inline(always)]
+    fn inverse_root32(self, x: Wide32<Self>) -> Wide32<Self> {
+        let y: Wide32<Self> = cast(self.avx._mm256_rsqrt_ps(cast(x)));
+        let rest = self.negate_mul_add_f32s(self.mul_f32s(x, y), y, self.splat_f32s(1.0));
+        self.mul_add_f32s(self.mul_f32s(y, self.splat_f32s(0.5)), rest, y)
+    }
 
     #[inline(always)]
     fn inverse_root(self, x: Wide<Self>) -> Wide<Self> {
@@ -113,5 +176,12 @@ impl Lanes for V4 {
             y = self.mul_add_f64s(self.mul_f64s(y, half), rest, y);
         }
         y
+    }
+
+    #[inline(always)]
+    fn inverse_root32(self, x: Wide32<Self>) -> Wide32<Self> {
+        let y: Wide32<Self> = cast(self.avx512f._mm512_rsqrt14_ps(cast(x)));
+        let rest = self.negate_mul_add_f32s(self.mul_f32s(x, y), y, self.splat_f32s(1.0));
+        self.mul_add_f32s(self.mul_f32s(y, self.splat_f32s(0.5)), rest, y)
     }
 }
