@@ -55,7 +55,7 @@ pub(super) fn triangle_strip(
 ) -> Result<SpringNetwork, TissueError> {
     let at = |i: u32, j: u32| j * columns + i;
     let pair = |i: u32, j: u32| {
-        if j % 2 == 0 {
+        if j.is_multiple_of(2) {
             [[at(i, j), at(i + 1, j), at(i, j + 1)], [at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]]
         } else {
             [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]]

@@ -98,7 +98,8 @@ pub struct Outcome {
 
 /// Runs all cases.
 pub fn measure(effort: Effort, progress: &Progress<'_>) -> Section {
-    let cases: [(&str, fn(Effort) -> Outcome); 6] = [
+    type Case = (&'static str, fn(Effort) -> Outcome);
+    let cases: [Case; 6] = [
         ("V1 wound closing", v1_wound_closing::measure),
         ("V2 seven stitches", v2_seven_stitches::measure),
         ("V3 strip of skin", v3_strip::measure),
