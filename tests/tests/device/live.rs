@@ -51,7 +51,7 @@ fn states(file: &Path) -> Vec<ServoState> {
     states
 }
 
-/// One run; `None` when the machine stood still.
+/// One run.
 fn run(sandbox: &Sandbox, arguments: &[&str], environment: &[(&str, &str)]) -> Ended {
     let library = virtual_omni();
     let library = library.to_str().expect("a plain name");
@@ -67,29 +67,66 @@ fn device_force(state: &ServoState) -> Vec3 {
     Vec3::new(x, z, -y)
 }
 
-#[test]
-fn what_the_servo_commands_arrives_and_the_hand_is_given_no_energy() {
-    let _alone = alone();
+/// Runs a scene, and again when the machine stood still; then compares frame by frame.
+fn sutured(scene: &str, seconds: &str) {
     for _ in 0..ATTEMPTS {
         let sandbox = Sandbox::new();
         let (log, file) = (sandbox.folder().join("frames.csv"), sandbox.folder().join("run.mcap"));
         let environment =
             [("VIRTUAL_OMNI_HAND", "synthetic"), ("VIRTUAL_OMNI_LOG", log.to_str().expect("a plain name"))];
-        let ended = run(&sandbox, &["--duration", "8", "--record", file.to_str().expect("a plain name")], &environment);
+        let record = file.to_str().expect("a plain name");
+        let ended = run(&sandbox, &["--scene", scene, "--duration", seconds, "--record", record], &environment);
         assert_eq!(ended.code, Some(0), "{}", ended.stderr);
         let summary: Value = ended.json().unwrap_or_else(|message| panic!("{message}"));
         let faults = summary["faults"].as_array().expect("a list");
-        if faults.iter().any(|f| f.as_str().is_some_and(|f| f.contains("missed too many") || f.contains("not called")))
-        {
+        if faults.iter().any(|f| f.as_str().is_some_and(stood_still)) {
             println!("the machine stood still: {faults:?}; again");
             continue;
         }
         assert!(faults.is_empty(), "{summary}\n{}", ended.stderr);
         assert_eq!((summary["device"].as_str(), summary["hand"].as_str()), (Some("openhaptics"), Some("operator")));
+        println!("{summary}");
         compare(&rows(&log), &states(&file), &summary);
         return;
     }
     println!("not shown: the machine stood still in {ATTEMPTS} runs out of {ATTEMPTS}; lower its load");
+}
+
+/// What the server says when the machine stood still; no fault of the code.
+fn stood_still(fault: &str) -> bool {
+    fault.contains("missed too many ticks") || fault.contains("has not called for")
+}
+
+#[test]
+fn what_the_servo_commands_arrives_and_the_hand_is_given_no_energy() {
+    let _alone = alone();
+    sutured("skin", "8");
+}
+
+#[test]
+#[ignore = "three minutes of real time"]
+fn three_scenes_for_a_minute_each() {
+    let _alone = alone();
+    for scene in ["skin", "liver", "vessel"] {
+        sutured(scene, "60");
+    }
+}
+
+#[test]
+fn an_unplugged_device_is_told_and_the_run_ends_in_order() {
+    let _alone = alone();
+    let sandbox = Sandbox::new();
+    let environment = [("VIRTUAL_OMNI_HAND", "synthetic"), ("VIRTUAL_OMNI_FAULTS", "1.5:unplug;2.5:replug")];
+    let ended = run(&sandbox, &["--duration", "5"], &environment);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    let summary: Value = ended.json().unwrap_or_else(|message| panic!("{message}"));
+    let faults = summary["faults"].to_string();
+    assert!(faults.contains("0x0302 (internal -28)") && faults.contains("check its cable"), "{summary}");
+    assert!(faults.contains("the haptic device is gone"), "{summary}");
+    assert_eq!(summary["state"], "fault", "never active again by itself");
+    for sentence in ["calibrated", "is open again"] {
+        assert!(ended.stderr.contains(sentence), "{sentence:?} is not in {}", ended.stderr);
+    }
 }
 
 fn compare(rows: &[Row], states: &[ServoState], summary: &Value) {
