@@ -21,7 +21,9 @@ fn limits_are_read_from_the_device_and_forces_are_off() {
     let device = opened(None).expect("the virtual device opens");
     assert_eq!(haptic_server::device::Device::limits(&device), DeviceLimits::OMNI);
     assert!(device.description().contains("PHANTOM Omni"), "{}", device.description());
-    assert_eq!(control::arrived_n(0), Vec3::zeros());
+    assert_eq!((control::is_open(0), control::arrived_n(0)), (true, Vec3::zeros()));
+    drop(device);
+    assert!(!control::is_open(0), "a device that never ran is closed, too");
 }
 
 #[test]

@@ -147,14 +147,21 @@ fn keep(shared: &Shared<'_>, hd: &Hd, names: &[Option<CString>], params: &Keeper
                 std::thread::sleep(LOOK);
             }
         });
-        for handle in &shared.handles {
-            let handle = handle.swap(codes::INVALID_HANDLE, Ordering::AcqRel);
-            if handle != codes::INVALID_HANDLE {
-                hd.disable_device(handle);
-            }
-        }
+        close_all(shared, hd);
         if shared.phase() == Phase::Stopping || !reopen(shared, hd, names, params, teller) {
+            // What was opened again while the run ended.
+            close_all(shared, hd);
             return;
+        }
+    }
+}
+
+/// Closes every device that is open.
+fn close_all(shared: &Shared<'_>, hd: &Hd) {
+    for handle in &shared.handles {
+        let handle = handle.swap(codes::INVALID_HANDLE, Ordering::AcqRel);
+        if handle != codes::INVALID_HANDLE {
+            hd.disable_device(handle);
         }
     }
 }

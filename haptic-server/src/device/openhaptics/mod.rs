@@ -146,6 +146,15 @@ impl OpenHaptics {
     }
 }
 
+/// A device that was opened and never run (a start that failed later on) is closed, motors off.
+impl Drop for OpenHaptics {
+    fn drop(&mut self) {
+        for arm in &self.work.arms {
+            self.work.hd.disable_device(arm.handle());
+        }
+    }
+}
+
 impl Device for OpenHaptics {
     fn name(&self) -> &str {
         "openhaptics"
@@ -157,6 +166,8 @@ impl Device for OpenHaptics {
 
     fn run(&mut self, room: &mut dyn ServoRoom) {
         keeper::run(&mut self.work, &self.names, &self.params, room);
+        // The keeper has closed them.
+        self.work.arms.clear();
     }
 
     fn notices(&self) -> Option<Arc<NoticeRing>> {
