@@ -1,20 +1,15 @@
-//! Eyes of the virtual hand: the newest tissue port of the server that runs, read as any viewer would read it.
+//! Eyes of the virtual hand: the newest view, as a helper process tells it line by line (`sight.rs`).
 //!
-//! A thread of its own attaches to the run whenever there is one and keeps the newest view in a cell. The hand then
-//! sutures by eye, as the server's synthetic hand does, although it lives behind the device's interface.
-//! Deliberately absent: anything that the server would have to offer for it.
+//! The helper is `virtual-omni-eyes`, named by `VIRTUAL_OMNI_EYES`; without it the hand sees nothing and waits.
+//! A thread reads its lines into a cell; the helper ends when nobody reads any more.
 
+use crate::sight::from_line;
 use crossbeam::atomic::AtomicCell;
 use haptic_server::device::HandView;
-use protocol::ports::{PortNode, TissuePortSubscriber};
-use protocol::run::{Environment, RunRoot};
+use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
+use std::process::{Command, Stdio};
 use std::sync::Arc;
-use std::time::Duration;
-
-/// Time between two looks.
-const LOOK_PERIOD: Duration = Duration::from_millis(2);
-/// Time between two attempts to find a server.
-const SEARCH_PERIOD: Duration = Duration::from_millis(50);
 
 /// What the hand sees now.
 pub(crate) struct Eyes {
@@ -22,17 +17,28 @@ pub(crate) struct Eyes {
 }
 
 impl Eyes {
-    /// Open: a thread looks for a server and then at its tissue.
-    pub(crate) fn open() -> Self {
+    /// Through this helper, if there is one.
+    pub(crate) fn open(helper: Option<&Path>) -> Self {
         let seen = Arc::new(AtomicCell::new(HandView::unseen()));
-        let cell = Arc::downgrade(&seen);
-        std::thread::spawn(move || {
-            while cell.strong_count() > 0 {
-                // A server that is not there yet, or a port that it has not opened yet, is looked for again.
-                let _not_yet = look(&cell);
-                std::thread::sleep(SEARCH_PERIOD);
+        let started = helper.map(|path| Command::new(path).stdin(Stdio::null()).stdout(Stdio::piped()).spawn());
+        match started {
+            Some(Ok(mut child)) => {
+                let cell = Arc::downgrade(&seen);
+                std::thread::spawn(move || {
+                    let lines = child.stdout.take().into_iter().flat_map(|out| BufReader::new(out).lines());
+                    for line in lines.map_while(Result::ok) {
+                        let Some(seen) = cell.upgrade() else { break };
+                        if let Some(view) = from_line(&line) {
+                            seen.store(view);
+                        }
+                    }
+                    // Its pipe is closed now: it ends by itself.
+                    let _ended = child.wait();
+                });
             }
-        });
+            Some(Err(error)) => tell(&format!("its eyes cannot be started: {error}")),
+            None => tell("VIRTUAL_OMNI_EYES names no helper: the hand is blind"),
+        }
         Self { seen }
     }
 
@@ -42,17 +48,7 @@ impl Eyes {
     }
 }
 
-/// Looks until something breaks.
-fn look(cell: &std::sync::Weak<AtomicCell<HandView>>) -> Option<()> {
-    let run = RunRoot::open(&Environment::of_process()).ok()?.attach().ok()?;
-    let node = PortNode::join(&run, "virtual-hand").ok()?;
-    let mut ports = TissuePortSubscriber::open(&node).ok()?;
-    loop {
-        let seen = cell.upgrade()?;
-        if let Some(port) = ports.newest().ok()? {
-            seen.store(HandView::from(&port));
-        }
-        drop(seen);
-        std::thread::sleep(LOOK_PERIOD);
-    }
+fn tell(what: &str) {
+    // Nothing can be done when stderr is gone.
+    let _ = writeln!(std::io::stderr(), "virtual device: {what}");
 }

@@ -21,6 +21,7 @@ mod log;
 mod motors;
 mod parameters;
 mod scheduler;
+pub mod sight;
 mod world;
 
 pub use abi::functions;

@@ -52,6 +52,8 @@ pub struct Setup {
     pub names: Vec<String>,
     /// Who moves the first device.
     pub mover: Mover,
+    /// Helper process that sees for a hand.
+    pub eyes: Option<PathBuf>,
     /// File for the frames.
     pub log: Option<PathBuf>,
     /// Faults of the first device.
@@ -65,6 +67,7 @@ impl Default for Setup {
             calibration: Calibration::Kept,
             names: vec!["Default Device".to_owned(), "Left Device".to_owned()],
             mover: Mover::Test,
+            eyes: None,
             log: None,
             faults: String::new(),
         }
@@ -73,7 +76,7 @@ impl Default for Setup {
 
 impl Setup {
     /// From `VIRTUAL_OMNI_HAND` (`synthetic`, a recording, or nothing), `VIRTUAL_OMNI_CALIBRATION` (`kept`, or nothing:
-    /// missing), `VIRTUAL_OMNI_LOG` (a file) and `VIRTUAL_OMNI_FAULTS` (a script); timing is real.
+    /// missing), `VIRTUAL_OMNI_EYES` (the helper program), `VIRTUAL_OMNI_LOG` (a file) and `VIRTUAL_OMNI_FAULTS` (a script); timing is real.
     #[must_use]
     pub fn of_environment() -> Self {
         let text = |name: &str| std::env::var(name).unwrap_or_default();
@@ -90,6 +93,7 @@ impl Setup {
             timing: Timing::Real,
             calibration,
             mover,
+            eyes: std::env::var_os("VIRTUAL_OMNI_EYES").map(PathBuf::from),
             log: std::env::var_os("VIRTUAL_OMNI_LOG").map(PathBuf::from),
             faults: text("VIRTUAL_OMNI_FAULTS"),
             ..Self::default()
@@ -157,10 +161,10 @@ pub(crate) fn make_current(device: u32) {
     CURRENT.set(device);
 }
 
-fn grip(mover: &Mover) -> Grip {
+fn grip(mover: &Mover, eyes: Option<&Path>) -> Grip {
     let held = |hand, centre_m| {
         let frame = haptic_server::device::frame::SceneFromDevice::workspace_at(centre_m);
-        Grip::Held(Box::new(HeldBy { hand, eyes: Eyes::open(), frame }))
+        Grip::Held(Box::new(HeldBy { hand, eyes: Eyes::open(eyes), frame }))
     };
     match mover {
         Mover::Test => Grip::Led,
@@ -184,7 +188,11 @@ impl World {
     fn new(setup: &Setup) -> Self {
         let device = |(i, name): (usize, &String)| {
             let name = CString::new(name.as_str()).unwrap_or_default();
-            VirtualDevice::new(name, setup.calibration, if i == 0 { grip(&setup.mover) } else { Grip::Led })
+            VirtualDevice::new(
+                name,
+                setup.calibration,
+                if i == 0 { grip(&setup.mover, setup.eyes.as_deref()) } else { Grip::Led },
+            )
         };
         Self {
             errors: ErrorStack::new(),

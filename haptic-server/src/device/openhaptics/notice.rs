@@ -42,7 +42,7 @@ impl HdNotice {
             Self::Error(code, _) if severity::of(*code).reaction >= Reaction::Trip => Weight::Fault,
             Self::DecimalComma | Self::Stalled(_) | Self::Panicked => Weight::Fault,
             Self::Error(..) | Self::Motors(Warmth::Reducing | Warmth::Resting, _) => Weight::Warning,
-            Self::NotReopened(_) | Self::Calibration(Calibration::NeedsHand) => Weight::Warning,
+            Self::NotReopened(_) | Self::Reopened | Self::Calibration(Calibration::NeedsHand) => Weight::Warning,
             _ => Weight::Note,
         }
     }
@@ -151,6 +151,6 @@ mod tests {
         assert_eq!(lost.weight(), Weight::Fault);
         assert!(lost.to_string().contains("0x0302 (internal -28)") && lost.to_string().contains("cable"));
         assert_eq!(HdNotice::Error(0x0200, 0).weight(), Weight::Warning);
-        assert_eq!(HdNotice::Reopened.weight(), Weight::Note);
+        assert_eq!(HdNotice::Calibration(Calibration::Good).weight(), Weight::Note);
     }
 }
