@@ -6,6 +6,7 @@
 //! leaves what it has.
 
 mod cases;
+mod choice;
 mod cli;
 mod cpu_clock;
 pub mod curves;

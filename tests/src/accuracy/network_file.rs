@@ -9,11 +9,13 @@ use super::networks::NetworkFile;
 use super::section::{Effort, Progress, Row, Section};
 use crate::reference::{Driven, ExplicitMethod, explicit_run, explicit_step_s};
 use serde_json::json;
-use sim_core::tissue::integrator::Integrator;
+use sim_core::tissue::integrator::{Integrator, NodeFactors, advance};
 use sim_core::tissue::load::{Loads, NodeForce};
 use sim_core::tissue::patch_set::PatchSet;
 use sim_core::tissue::solver::{Stages, TissueSolver};
 use sim_core::tissue::solver_params::{SolverError, SolverParams, SubstepPolicy};
+use sim_core::tissue::sweep::dispatch::KernelLevel;
+use sim_core::tissue::sweep::{KernelPath, Precision, SpringSweep};
 use sim_core::vector::Vec3;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -21,6 +23,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 const STEP_FACTORS: [f64; 8] = [5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02];
 /// Nodes are not cut to a limit here.
 const NO_LIMIT_SPACINGS: f64 = 1e6;
+/// Repeats of a run without the solver around it; the least time counts.
+const BARE_REPEATS: usize = 3;
 /// A run that is off by more than the whole displacement follows nothing.
 const LOST: f64 = 1.0;
 
@@ -47,6 +51,9 @@ pub(super) fn measure(files: &[NetworkFile], effort: Effort, progress: &Progress
     let mut rows = Vec::new();
     for file in files {
         rows.extend(reference_row(file, progress));
+        rows.extend(path_rows(file, progress));
+        let sweep = SpringSweep::new(&file.network);
+        let path = format!("automatic ({}, {})", path_name(sweep.path()), sweep.level().taken());
         for integrator in Integrator::ALL {
             let mut before: Option<(f64, f64, f64)> = None;
             for factor in STEP_FACTORS {
@@ -62,7 +69,7 @@ pub(super) fn measure(files: &[NetworkFile], effort: Effort, progress: &Progress
                     Ok(None) => break,
                     Err(refusal) => Err(refusal.to_string()),
                 };
-                rows.push(row(file, integrator, dt_s, &outcome, before));
+                rows.push(row(file, (integrator, "f64", &path), dt_s, &outcome, before));
                 before = outcome.ok().map(|o| (o.cpu_s / file.end_s, dt_s, o.error));
             }
         }
@@ -84,7 +91,7 @@ pub(super) fn measure(files: &[NetworkFile], effort: Effort, progress: &Progress
 
 fn row(
     file: &NetworkFile,
-    integrator: Integrator,
+    (integrator, precision, path): (Integrator, &str, &str),
     dt_s: f64,
     outcome: &Result<Outcome, String>,
     before: Option<(f64, f64, f64)>,
@@ -97,8 +104,8 @@ fn row(
     vec![
         ("file", json!(file.name)),
         ("integrator", json!(integrator.name())),
-        ("precision", json!("f64")),
-        ("path", json!("default")),
+        ("precision", json!(precision)),
+        ("path", json!(path)),
         ("dt_s", json!(dt_s)),
         ("displacement_error", json!(error)),
         ("observed_order", json!(order.filter(|o| o.is_finite()))),
@@ -135,6 +142,69 @@ fn run(
     let cpu_s = thread_cpu_s() - begun;
     let error = displacement_error(file, solver.state().position_m.iter().copied());
     Ok(Some(Outcome { error, cpu_s, steps, contained }))
+}
+
+const fn path_name(path: KernelPath) -> &'static str {
+    match path {
+        KernelPath::Rows => "rows",
+        KernelPath::Gather => "gather",
+        KernelPath::Stencil => "stencil",
+    }
+}
+
+/// Every kernel path in both precisions on every instruction set, at the step of the file: semi-implicit Euler on the bare sweep, without the
+/// solver around it.
+fn path_rows(file: &NetworkFile, progress: &Progress<'_>) -> Vec<Row> {
+    let steps = (file.end_s / file.time_step_s - 1e-9).ceil().max(1.0) as usize;
+    let dt_s = file.end_s / steps as f64;
+    let mut rows = Vec::new();
+    let paths = [KernelPath::Rows, KernelPath::Gather, KernelPath::Stencil];
+    let ways = paths.iter().flat_map(|&path| [(path, Precision::Double, "f64"), (path, Precision::Single, "f32")]);
+    for (path, precision, bits) in ways {
+        let mut taken = Vec::new();
+        for level in [KernelLevel::Best, KernelLevel::Avx2, KernelLevel::Portable] {
+            // Where the best is no more than AVX2, the two are one.
+            if progress.stopped() || taken.contains(&level.taken()) {
+                continue;
+            }
+            taken.push(level.taken());
+            (progress.say)(&format!("{} {} {bits} {}", file.name, path_name(path), level.taken()));
+            let outcome = bare_run(file, SpringSweep::with(&file.network, path, precision, level), steps, dt_s);
+            let name = format!("{} ({})", path_name(path), level.taken());
+            rows.push(row(file, (Integrator::SemiImplicit, bits, &name), dt_s, &Ok(outcome), None));
+        }
+    }
+    rows
+}
+
+fn bare_run(file: &NetworkFile, mut sweep: SpringSweep, steps: usize, dt_s: f64) -> Outcome {
+    let network = &file.network;
+    let nodes = network.mass_kg.iter().zip(&network.drag_n_s_per_m).zip(&network.fixed);
+    let factors: Vec<NodeFactors> = nodes
+        .map(
+            |((m, c), fixed)| {
+                if *fixed == 0 { Integrator::SemiImplicit.factors(*m, *c, dt_s) } else { NodeFactors::default() }
+            },
+        )
+        .collect();
+    let loads = file.loads.iter().map(|&(node, force_n)| NodeForce { node, force_n }).collect();
+    let (loads, none) = (Loads { nodes: loads, patches: vec![] }, PatchSet::default());
+    let mut least_s = f64::INFINITY;
+    let (mut error, mut contained) = (f64::NAN, 0);
+    for _ in 0..BARE_REPEATS {
+        let mut state = network.rest_state();
+        let mut force_n = state.velocity_m_per_s.clone();
+        contained = 0;
+        let begun = thread_cpu_s();
+        for _ in 0..steps {
+            sweep.sweep(&state.position_m, &mut force_n);
+            contained += u64::from(loads.add(&none, &mut force_n));
+            contained += u64::from(advance(&factors, &force_n, &mut state, dt_s, f64::MAX).contained);
+        }
+        least_s = least_s.min(thread_cpu_s() - begun);
+        error = displacement_error(file, state.position_m.iter().copied());
+    }
+    Outcome { error, cpu_s: least_s, steps, contained }
 }
 
 fn displacement_error(file: &NetworkFile, position_m: impl Iterator<Item = Vec3>) -> f64 {

@@ -48,7 +48,7 @@ pub(super) fn keys() -> Vec<&'static str> {
 fn all() -> Vec<Part> {
     vec![
         Part {
-            keys: &["reference_agreement", "work_precision", "non_smooth"],
+            keys: &["reference_agreement", "work_precision", "choice", "non_smooth"],
             measure: |r, p| work_precision::measure(r.effort, &r.scenes, p),
         },
         Part { keys: &["rates"], measure: |_, p| vec![rates::measure(p)] },

@@ -5,6 +5,7 @@
 //! where a run would cost more than the effort allows.
 
 use super::cases::{Case, Regime, SAMPLE_S, SCENES};
+use super::choice::{self, Chosen};
 use super::non_smooth;
 use super::plot::{Axis, Level, Panel, Series, integrator_style, panels_svg};
 use super::section::{Effort, Figure, Progress, Row, Section};
@@ -69,19 +70,27 @@ pub(super) fn measure(effort: Effort, wanted: &[String], progress: &Progress<'_>
         rows: Vec::new(),
     };
     section.words.extend(refused);
+    let mut choices = Vec::new();
     for scene in scenes.clone() {
         let mut panels = Vec::new();
         for Judged { case, truth, .. } in judged.iter().filter(|j| j.case.scene == scene) {
             let Some(truth) = truth else { continue };
             let points = ladder(case, truth, effort, progress);
             section.rows.extend(rows(case.scene, case.regime.name(), &points));
-            panels.push((case.regime, points));
+            let chosen = choice::measure(case, truth, progress);
+            choices.extend(chosen.as_ref().map(|chosen| choice::row(case, chosen, &points)));
+            panels.push((case.regime, points, chosen));
         }
         if !panels.is_empty() {
             section.figures.push(figure(scene, &panels));
         }
     }
-    vec![truth::section(&judged), section, non_smooth::measure(effort, &scenes.collect::<Vec<_>>(), progress)]
+    vec![
+        truth::section(&judged),
+        section,
+        choice::section(choices),
+        non_smooth::measure(effort, &scenes.collect::<Vec<_>>(), progress),
+    ]
 }
 
 fn words(effort: Effort) -> Vec<String> {
@@ -170,13 +179,13 @@ pub(super) fn rows(scene: &str, case: &str, points: &[Point]) -> Vec<Row> {
     rows
 }
 
-fn figure(scene: &str, panels: &[(Regime, Vec<Point>)]) -> Figure {
+fn figure(scene: &str, panels: &[(Regime, Vec<Point>, Option<Chosen>)]) -> Figure {
     let mut drawn = Vec::new();
     for (quantity, pick) in [
         ("position error (relative)", (|d: &Difference| d.position) as fn(&Difference) -> f64),
         ("force error (relative)", |d: &Difference| d.force),
     ] {
-        for (regime, points) in panels {
+        for (regime, points, chosen) in panels {
             let mut levels = vec![Level::X(1.0, "real time".into())];
             if quantity.starts_with("force") {
                 levels.push(Level::Y(0.05, "5 % of the force".into()));
@@ -185,7 +194,7 @@ fn figure(scene: &str, panels: &[(Regime, Vec<Point>)]) -> Figure {
                 title: regime.title().into(),
                 x: Axis::log("processor time / simulated time"),
                 y: Axis::log(quantity),
-                series: series(points, pick),
+                series: series(points, chosen.as_ref(), pick),
                 levels,
             });
         }
@@ -194,18 +203,20 @@ fn figure(scene: &str, panels: &[(Regime, Vec<Point>)]) -> Figure {
         name: format!("work_precision_{scene}"),
         caption: format!(
             "Work and precision, {scene}: upper row position, lower row force at the hand. × on the upper rim: steps at which \
-             the integrator is refused or loses the motion, at the cost that such a step would have."
+             the integrator is refused or loses the motion, at the cost that such a step would have. Circled: the automatic choice."
         ),
         svg: panels_svg(&format!("{scene}: error against run time"), &drawn, panels.len()),
     }
 }
 
-fn series(points: &[Point], pick: fn(&Difference) -> f64) -> Vec<Series> {
+fn series(points: &[Point], chosen: Option<&Chosen>, pick: fn(&Difference) -> f64) -> Vec<Series> {
     let of = |integrator: Integrator| {
         let mine: Vec<&Point> = points.iter().filter(|p| p.integrator == integrator).collect();
         let good = mine.iter().filter(|p| !p.unstable());
         let drawn = good.filter_map(|p| Some((p.cpu_per_sim()?, pick(p.off.as_ref()?)))).collect();
         let mut series = Series::new(integrator.name(), integrator_style(integrator.name()), drawn);
+        let mark = chosen.map(|c| &c.point).filter(|p| p.integrator == integrator);
+        series.chosen.extend(mark.and_then(|p| Some((p.cpu_per_sim()?, pick(p.off.as_ref()?)))));
         // A refused step would have cost what the stable ones cost per step.
         let per_step = mine.iter().find_map(|p| Some(p.cpu_per_sim()? * p.dt_s));
         let unstable = mine.iter().filter(|p| p.unstable());

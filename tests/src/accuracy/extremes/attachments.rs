@@ -2,7 +2,7 @@
 
 use super::nets::{self, NODE_KG, SKIN_C, SKIN_K, SPACING_M, farthest_m, network, skin_sheet};
 use super::rig::{SessionRig, small_skin};
-use super::{Ending, Outcome};
+use super::{Ending, Named, Outcome};
 use sim_core::scene::config::SceneConfig;
 use sim_core::scene::step::Scene;
 use sim_core::tissue::energy::momentum_n_s;
@@ -15,7 +15,7 @@ use sim_core::tissue::solver_params::{SolverParams, SubstepPolicy};
 use sim_core::vector::Vec3;
 
 /// The cases.
-pub(super) const CASES: &[(&str, fn() -> Outcome)] = &[
+pub(super) const CASES: &[Named] = &[
     ("β < 0, β > 1, β not a number", bad_beta),
     ("β = 1 against no attachments, to the bit", beta_one),
     ("β = 0 with suture points in any order", beta_zero_in_any_order),
@@ -36,7 +36,7 @@ fn bad_beta() -> Outcome {
     let first = Outcome::refusal(ask(-0.1), "attachment.beta is -0.1");
     [1.1, f64::NAN, f64::INFINITY]
         .into_iter()
-        .fold(first, |all, beta| all.and(Outcome::refusal(ask(beta), "allowed is 0 (hard) to 1 (none)")))
+        .fold(first, |all, beta| all.and(&Outcome::refusal(ask(beta), "allowed is 0 (hard) to 1 (none)")))
 }
 
 fn beta_one() -> Outcome {

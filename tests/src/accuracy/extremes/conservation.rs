@@ -2,7 +2,7 @@
 
 use super::nets::{NODE_KG, SKIN_C, SKIN_K, farthest_m, loaded, run, skin_sheet, solver};
 use super::rig::{SessionRig, small_skin};
-use super::{Ending, Outcome};
+use super::{Ending, Named, Outcome};
 use crate::generators::{cloud, sheet};
 use sim_core::tissue::energy::{angular_momentum_n_m_s, momentum_n_s};
 use sim_core::tissue::network::{Spring, SpringNetwork};
@@ -10,7 +10,7 @@ use sim_core::tissue::solver::Stages;
 use sim_core::vector::{Mat3, Vec3};
 
 /// The cases.
-pub(super) const CASES: &[(&str, fn() -> Outcome)] = &[
+pub(super) const CASES: &[Named] = &[
     ("free body: momentum", || free_body(Kept::Momentum)),
     ("free body: angular momentum", || free_body(Kept::AngularMomentum)),
     ("rigid motion of a free sheet", rigid_motion),
@@ -19,6 +19,7 @@ pub(super) const CASES: &[(&str, fn() -> Outcome)] = &[
     ("equal inputs, to the bit", repeated),
 ];
 
+#[derive(Clone, Copy)]
 enum Kept {
     Momentum,
     AngularMomentum,

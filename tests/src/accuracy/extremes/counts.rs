@@ -2,7 +2,7 @@
 
 use super::nets::{NODE_KG, SKIN_C, SKIN_K, network, run, skin_sheet, solver};
 use super::rig::small_skin;
-use super::{Ending, Outcome};
+use super::{Ending, Named, Outcome};
 use sim_core::scene::config::TissueConfig;
 use sim_core::scene::step::Scene;
 use sim_core::tissue::network::SpringNetwork;
@@ -10,7 +10,7 @@ use sim_core::tissue::solver::Stages;
 use sim_core::vector::Vec3;
 
 /// The cases.
-pub(super) const CASES: &[(&str, fn() -> Outcome)] = &[
+pub(super) const CASES: &[Named] = &[
     ("a scene of 1e6 nodes", million_nodes),
     ("work per step over the mesh size", linear_work),
     ("all nodes pinned", all_pinned),
@@ -27,7 +27,7 @@ fn million_nodes() -> Outcome {
     let mut config = small_skin();
     config.tissue = TissueConfig::Utsm { width_mm: 2000.0, length_mm: 2000.0, spacing_mm: 2.0, pre_strain: 0.05 };
     let words = Scene::new(&config, None).err().map(|e| e.to_string());
-    Outcome::refusal(words.clone(), "MB), at most 262144 are allowed").and(Outcome::refusal(words, "100200"))
+    Outcome::refusal(words.clone(), "MB), at most 262144 are allowed").and(&Outcome::refusal(words, "100200"))
 }
 
 /// Springs visited per spring and sub-step must be the same on 33², 65² and 129² nodes.
@@ -70,7 +70,7 @@ fn one_node() -> Outcome {
 
 fn no_spring() -> Outcome {
     let places: Vec<Vec3> = (0..10).map(|i| Vec3::new(f64::from(i), 0.5, 0.0)).collect();
-    stays(network(&places, NODE_KG, SKIN_C, &[])).and(stays(network(&places, NODE_KG, 0.0, &[])))
+    stays(network(&places, NODE_KG, SKIN_C, &[])).and(&stays(network(&places, NODE_KG, 0.0, &[])))
 }
 
 fn one_cell() -> Outcome {
@@ -79,7 +79,7 @@ fn one_cell() -> Outcome {
     let long = Scene::new(&config, None).err().map(|e| e.to_string());
     config.wound.length_mm = 0.1;
     Outcome::refusal(long, "reaches the rim")
-        .and(Outcome::refusal(Scene::new(&config, None).err().map(|e| e.to_string()), "needs 2"))
+        .and(&Outcome::refusal(Scene::new(&config, None).err().map(|e| e.to_string()), "needs 2"))
 }
 
 fn pairs(count: u32) -> Outcome {

@@ -4,7 +4,7 @@ use super::nets::{
     self, NODE_KG, SKIN_C, SKIN_K, SPACING_M, farthest_m, loaded, network, relax, run, skin_sheet, solver,
 };
 use super::rig::small_skin;
-use super::{Ending, Outcome};
+use super::{Ending, Named, Outcome};
 use haptic_server::solver::mesh_obj::{ObjLimits, read_obj};
 use sim_core::scene::config::TissueConfig;
 use sim_core::scene::presets;
@@ -17,7 +17,7 @@ use sim_core::tissue::triangle_mesh::TriangleMesh;
 use sim_core::vector::Vec3;
 
 /// The cases.
-pub(super) const CASES: &[(&str, fn() -> Outcome)] = &[
+pub(super) const CASES: &[Named] = &[
     ("zero rest length", zero_rest_length),
     ("coincident nodes joined by a spring with length", coincident),
     ("springs twice between two nodes, or from a node to itself", duplicate_springs),
@@ -73,7 +73,7 @@ fn duplicate_springs() -> Outcome {
         let made = SpringNetwork::new(x, vec![1.0; 3], vec![0.0; 3], vec![0; 3], pairs.map(spring).to_vec());
         made.err().map(|e| e.to_string())
     };
-    Outcome::refusal(ask([(0, 1), (1, 0)]), "joined twice").and(Outcome::refusal(ask([(0, 1), (2, 2)]), "to itself"))
+    Outcome::refusal(ask([(0, 1), (1, 0)]), "joined twice").and(&Outcome::refusal(ask([(0, 1), (2, 2)]), "to itself"))
 }
 
 /// A tetrahedron of which one corner lies on an edge.
@@ -182,7 +182,7 @@ fn line_without_length() -> Outcome {
         config.line.as_mut().expect("the preset has a line").length_mm = length_mm;
         Scene::new(&config, None).err().map(|e| e.to_string())
     };
-    Outcome::refusal(ask(0.0), "length_m = 0").and(Outcome::refusal(ask(f64::NAN), "length_m = NaN"))
+    Outcome::refusal(ask(0.0), "length_m = 0").and(&Outcome::refusal(ask(f64::NAN), "length_m = NaN"))
 }
 
 fn wound_beyond_the_sheet() -> Outcome {
@@ -191,5 +191,5 @@ fn wound_beyond_the_sheet() -> Outcome {
         (config.wound.length_mm, config.wound.gap_mm) = (length_mm, gap_mm);
         Scene::new(&config, None).err().map(|e| e.to_string())
     };
-    Outcome::refusal(ask(24.0, 2.0), "reaches the rim").and(Outcome::refusal(ask(16.0, 30.0), "leaves no room"))
+    Outcome::refusal(ask(24.0, 2.0), "reaches the rim").and(&Outcome::refusal(ask(16.0, 30.0), "leaves no room"))
 }

@@ -4,7 +4,7 @@ use super::nets::{
     self, NODE_KG, SKIN_C, SKIN_K, farthest_m, is_sound, loaded, network, relax, run, skin_sheet, solver,
 };
 use super::rig::{PEAK_N, SessionRig, small_skin};
-use super::{Ending, Outcome};
+use super::{Ending, Named, Outcome};
 use sim_core::suture_line::line::{FreeEnd, LineShape, SutureLine, SutureLineParams};
 use sim_core::tissue::constraint::{PairConstraint, PairSense, Pairs};
 use sim_core::tissue::handle::HandleSlot;
@@ -16,7 +16,7 @@ use sim_core::wound::control::{ControlMode, ControlParams, WoundControl};
 use sim_core::wound::ledger::Ledger;
 
 /// The cases.
-pub(super) const CASES: &[(&str, fn() -> Outcome)] = &[
+pub(super) const CASES: &[Named] = &[
     ("1e6 N on one node, in the plane, for 0.1 s", || meganewton(Vec3::new(6e5, 8e5, 0.0), 0.1)),
     ("1e6 N on one node, across the sheet, for a step", || meganewton(Vec3::new(6e5, 0.0, 8e5), 5e-3)),
     ("loads that are not finite", bad_loads),

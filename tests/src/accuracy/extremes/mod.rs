@@ -95,7 +95,7 @@ impl Outcome {
 
     /// Both must end well; the ending, figure and limit are those of this one.
     #[must_use]
-    pub fn and(mut self, other: Self) -> Self {
+    pub fn and(mut self, other: &Self) -> Self {
         self.note =
             format!("{}; {} ({:.3e} of {:.3e} {})", self.note, other.note, other.figure, other.limit, other.unit);
         if other.ending == Ending::Wrong {
@@ -137,7 +137,9 @@ impl Case {
 }
 
 /// A group of cases: its name, and name and function of each.
-type Group = (&'static str, &'static [(&'static str, fn() -> Outcome)]);
+/// A case with its name.
+type Named = (&'static str, fn() -> Outcome);
+type Group = (&'static str, &'static [Named]);
 
 /// All groups.
 const GROUPS: [Group; 9] = [

@@ -2,7 +2,7 @@
 
 use super::nets::is_sound;
 use super::rig::{SessionRig, params, small_skin};
-use super::{Ending, Outcome};
+use super::{Ending, Named, Outcome};
 use haptic_server::device::{DeviceCommand, DeviceSample, HandView, PulledDevice, SampleQuality, TickTime};
 use haptic_server::lockstep::{LockstepJob, RunEnd, run};
 use haptic_server::record::Recording;
@@ -15,7 +15,7 @@ use sim_core::vector::Vec3;
 use std::path::{Path, PathBuf};
 
 /// The cases.
-pub(super) const CASES: &[(&str, fn() -> Outcome)] = &[
+pub(super) const CASES: &[Named] = &[
     ("a servo_state of NaN handed to the solver", poisoned_solver),
     ("a servo_state of NaN handed to the recorder", poisoned_recording),
     ("files of a run whose device reports NaN", files_of_a_bad_device),

@@ -5,7 +5,7 @@
 //! the bad ones.
 
 use super::rig::{MS, SessionRig, params, small_skin};
-use super::{Ending, Outcome};
+use super::{Ending, Named, Outcome};
 use haptic_server::device::{DeviceSample, SampleQuality, TickTime};
 use haptic_server::servo::clock::Wakefulness;
 use haptic_server::servo::state_machine::Mode;
@@ -15,7 +15,7 @@ use protocol::wire::{Field, Message};
 use sim_core::vector::Vec3;
 
 /// The cases.
-pub(super) const CASES: &[(&str, fn() -> Outcome)] = &[
+pub(super) const CASES: &[Named] = &[
     ("NaN, infinite and 1e308 samples with nothing in the hand", bad_samples_idle),
     ("three NaN samples while a point is held", bad_samples_bridged),
     ("NaN samples for good while a point is held", bad_samples_for_good),

@@ -6,14 +6,14 @@
 
 use super::nets::{self, SKIN_K, loaded, network, skin_sheet, try_solver};
 use super::rig::{SessionRig, small_skin};
-use super::{Ending, Outcome};
+use super::{Ending, Named, Outcome};
 use crate::reference::ReferenceNetwork;
 use sim_core::scene::step::Scene;
 use sim_core::tissue::network::SpringNetwork;
 use sim_core::vector::Vec3;
 
 /// The cases.
-pub(super) const CASES: &[(&str, fn() -> Outcome)] = &[
+pub(super) const CASES: &[Named] = &[
     ("k × 1e-3 at Table 2's c", || scaled(1e-3)),
     ("k × 1e-2 at Table 2's c", || scaled(1e-2)),
     ("k × 1e-1 at Table 2's c", || scaled(1e-1)),
@@ -78,7 +78,7 @@ fn overflowing_spring() -> Outcome {
     let single = Outcome::refusal(chain(1e300, 2), "S =");
     [(1e150, 2), (1e160, 9), (1e300, 9), (1e300, 60)]
         .into_iter()
-        .fold(single, |all, (k, nodes)| all.and(Outcome::refusal(chain(k, nodes), "S =")))
+        .fold(single, |all, (k, nodes)| all.and(&Outcome::refusal(chain(k, nodes), "S =")))
 }
 
 fn overflowing_scene() -> Outcome {

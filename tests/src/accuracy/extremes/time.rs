@@ -2,7 +2,7 @@
 
 use super::nets::{self, ENERGY_GROWTH, SKIN_K, farthest_m, loaded, relax, run, skin_sheet, solver};
 use super::rig::small_skin;
-use super::{Ending, Outcome};
+use super::{Ending, Named, Outcome};
 use sim_core::scene::step::Scene;
 use sim_core::tissue::patch_set::PatchSet;
 use sim_core::tissue::solver::{Stages, TissueSolver};
@@ -10,7 +10,7 @@ use sim_core::tissue::solver_params::{SolverParams, SubstepPolicy};
 use sim_core::vector::Vec3;
 
 /// The cases.
-pub(super) const CASES: &[(&str, fn() -> Outcome)] = &[
+pub(super) const CASES: &[Named] = &[
     ("statics at dt = 0.1 … 20 ms", statics),
     ("dt = 0, negative, not a number, infinite", unusable_steps),
     ("a scene of 0, negative, infinite or no rate", unusable_rates),
@@ -52,7 +52,7 @@ fn unusable_steps() -> Outcome {
     let first = Outcome::refusal(ask(0.0), "solver period is 0");
     [-1e-3, f64::NAN, f64::INFINITY]
         .into_iter()
-        .fold(first, |all, period_s| all.and(Outcome::refusal(ask(period_s), "must be finite and above 0")))
+        .fold(first, |all, period_s| all.and(&Outcome::refusal(ask(period_s), "must be finite and above 0")))
 }
 
 fn unusable_rates() -> Outcome {
@@ -64,7 +64,7 @@ fn unusable_rates() -> Outcome {
     let first = Outcome::refusal(ask(0.0), "solver.rate_hz is 0");
     [-200.0, f64::NAN, f64::INFINITY]
         .into_iter()
-        .fold(first, |all, rate_hz| all.and(Outcome::refusal(ask(rate_hz), "allowed is 10 to 10000")))
+        .fold(first, |all, rate_hz| all.and(&Outcome::refusal(ask(rate_hz), "allowed is 10 to 10000")))
 }
 
 /// Without drag the semi-implicit step keeps a shadow energy: the true one ripples and may not drift.

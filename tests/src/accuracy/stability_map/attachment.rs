@@ -8,7 +8,7 @@
 //! β = 1 gives K dt² < 4m + 2c dt in both; smaller β only widens the region.
 
 use super::boundary::Boundary;
-use super::probe::{DISTURBANCE, Motion, bisect, edge_width, grows};
+use super::probe::{DISTURBANCE, Motion, bisect, edge_width, edge_windows, grows};
 use crate::accuracy::section::Effort;
 use sim_core::kinematics::attachment::project;
 use sim_core::kinematics::integrate::{NodeState, step_implicit_drag};
@@ -116,7 +116,7 @@ pub(super) fn boundaries(effort: Effort) -> Vec<Boundary> {
             at: format!("β = {beta}, K = {STIFFNESS_N_PER_M} N/m, m = 0.055 g, c = {DRAG_N_S_PER_M} N·s/m"),
             quantity: "dt (s)",
             measured: bisect(formula / 10.0, formula * 10.0, edge_width(effort), |dt| {
-                grows(&mut Follower::new(beta, mode, dt))
+                grows(&mut Follower::new(beta, mode, dt), edge_windows(effort))
             }),
             formula: Some(formula),
         }

@@ -1,7 +1,7 @@
 //! Boundaries of the nets: bisected by runs in dt or m, and what the closed form says.
 
 use super::motion::{NetMotion, Point};
-use super::probe::{bisect, edge_width, grows, side_by_side};
+use super::probe::{bisect, edge_width, edge_windows, grows, side_by_side};
 use super::topology::Topology;
 use crate::accuracy::section::Effort;
 use sim_core::kinematics::integrate::{implicit_max_dt_s, implicit_min_mass_kg, literal_max_dt_s, literal_min_mass_kg};
@@ -45,8 +45,8 @@ pub(super) fn longest_step_s(integrator: Integrator, lambda: f64, mass_kg: f64, 
 }
 
 /// Whether a net is unstable at a point.
-pub(super) fn unstable(net: &Topology, point: Point) -> bool {
-    grows(&mut NetMotion::new(net, point))
+fn unstable(net: &Topology, point: Point, effort: Effort) -> bool {
+    grows(&mut NetMotion::new(net, point), edge_windows(effort))
 }
 
 /// The longest stable step at a mass and a drag.
@@ -59,7 +59,7 @@ fn step_edge(
     let formula = longest_step_s(integrator, net.lambda_n_per_m, mass_kg, drag_n_s_per_m);
     // A decade to either side: wide enough that the formula does not decide, narrow enough to be quick.
     let measured = bisect(formula / 10.0, formula * 10.0, edge_width(effort), |dt_s| {
-        unstable(net, Point { integrator, mass_kg, drag_n_s_per_m, dt_s })
+        unstable(net, Point { integrator, mass_kg, drag_n_s_per_m, dt_s }, effort)
     });
     Boundary {
         topology: net.name.to_owned(),
@@ -92,7 +92,7 @@ pub fn edge_mass(net: &Topology, integrator: Integrator, dt_s: f64, effort: Effo
         integrator: integrator.name().to_owned(),
         at: format!("dt = {} ms, c = {drag_n_s_per_m} N·s/m, K = {:.2} k", dt_s * 1e3, lambda / net.stiffness_n_per_m),
         quantity: "m (kg)",
-        measured: bisect(low, high, edge_width(effort), |mass_kg| unstable(net, held(mass_kg))),
+        measured: bisect(low, high, edge_width(effort), |mass_kg| unstable(net, held(mass_kg), effort)),
         formula: has_edge.then_some(formula),
     }
 }

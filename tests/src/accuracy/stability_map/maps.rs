@@ -125,7 +125,7 @@ fn coupling_and_mass(form: KinematicsForm, count: usize) -> HeatMap {
 
 /// All figures; a stopped run gives those that are done.
 pub(super) fn figures(nets: &[Topology], effort: Effort, progress: &Progress<'_>) -> Vec<Figure> {
-    let (small, large) = if effort == Effort::Full { (41, 26) } else { (21, 11) };
+    let (small, large) = if effort == Effort::Full { (41, 26) } else { (21, 9) };
     let mut figures = Vec::new();
     let mut add = |name: &str, title: &str, caption: &str, maps: &dyn Fn() -> Vec<HeatMap>| {
         if progress.stopped() {

@@ -37,10 +37,8 @@ pub enum Verdict {
 pub const DISTURBANCE: f64 = 1e-6;
 /// Steps of a window over which the largest parity amplitude is taken.
 const WINDOW: usize = 50;
-/// Windows of the search for growth.
-const WINDOWS: usize = 60;
-/// The last window is compared with the one this many before it.
-const BACK: usize = 20;
+/// Windows of the search for growth at a cell of a map: growth of less than a thousandth per step is on the line there.
+const CELL_WINDOWS: usize = 12;
 /// Smaller than this share of the first window: it has died away.
 const DEAD: f64 = 1e-5;
 /// Larger than this multiple of the disturbance: it has grown.
@@ -122,8 +120,17 @@ impl Parity {
     }
 }
 
-/// Whether a small disturbance grows.
-pub fn grows(motion: &mut dyn Motion) -> bool {
+/// Windows of the search for growth where an edge is bisected.
+#[must_use]
+pub fn edge_windows(effort: Effort) -> usize {
+    match effort {
+        Effort::Quick => 24,
+        Effort::Full => 60,
+    }
+}
+
+/// Whether a small disturbance grows, looked for over so many windows: the last one against the one two thirds of the way.
+pub fn grows(motion: &mut dyn Motion, windows: usize) -> bool {
     let mut parity = Parity::new(motion);
     // A fast growth may have ended in its cycle before the first window does: the disturbance itself is the measure.
     let start = parity.window(motion, 2).max(DISTURBANCE * motion.spacing_m());
@@ -131,8 +138,8 @@ pub fn grows(motion: &mut dyn Motion) -> bool {
     if first > GROWN * start {
         return true;
     }
-    let mut windows = vec![first];
-    for _ in 1..WINDOWS {
+    let mut amplitudes = vec![first];
+    for _ in 1..windows {
         let now = parity.window(motion, WINDOW);
         if now > GROWN * start {
             return true;
@@ -140,14 +147,14 @@ pub fn grows(motion: &mut dyn Motion) -> bool {
         if now < DEAD * first {
             return false;
         }
-        windows.push(now);
+        amplitudes.push(now);
     }
-    windows[WINDOWS - 1] > windows[WINDOWS - 1 - BACK]
+    amplitudes[amplitudes.len() - 1] > amplitudes[2 * amplitudes.len() / 3 - 1]
 }
 
 /// How a point ends.
 pub fn classify(motion: &mut dyn Motion) -> Verdict {
-    if !grows(motion) {
+    if !grows(motion, CELL_WINDOWS) {
         return Verdict::Stable;
     }
     let spacing_m = motion.spacing_m();

@@ -4,7 +4,7 @@
 //! (S + Kvc) dt² + 2 (c + Bvc) dt < 4m, the literal limit of Eq. (2) with coupling and tissue in parallel.
 
 use super::boundary::Boundary;
-use super::probe::{DISTURBANCE, Motion, bisect, edge_width, grows};
+use super::probe::{DISTURBANCE, Motion, bisect, edge_width, edge_windows, grows};
 use crate::accuracy::section::Effort;
 use sim_core::kinematics::coupling::{CouplingParams, StylusState, coupling_force};
 use sim_core::kinematics::integrate::{KinematicsForm, NodeState, literal_min_mass_kg};
@@ -115,7 +115,9 @@ pub(super) fn boundaries(effort: Effort) -> Vec<Boundary> {
                 "Kvc = {coupling} N/m, S = {TISSUE_N_PER_M} N/m, c = {DRAG_N_S_PER_M} and Bvc = {COUPLING_N_S_PER_M} N·s/m, dt = 1 ms"
             ),
             quantity: "m (kg)",
-            measured: bisect(1e-9, 1e3, edge_width(effort), |mass| grows(&mut HeldPoint::new(coupling, mass, form))),
+            measured: bisect(1e-9, 1e3, edge_width(effort), |mass| {
+                grows(&mut HeldPoint::new(coupling, mass, form), edge_windows(effort))
+            }),
             formula: (form == KinematicsForm::Literal).then_some(formula),
         }
     };

@@ -65,10 +65,10 @@ pub fn all() -> Vec<Topology> {
     let organ = |factors| liver(factors).expect("the liver of the maps is valid").network;
     let tube = |factors| vessel(factors).expect("the vessel of the maps is valid").network;
     let mut nets = flat();
-    nets.push(Topology::new("two-shell liver", organ(bare), LIVER, 12e-3, SPACE));
-    nets.push(Topology::new(WHOLE_LIVER, organ(FamilyFactors::default()), LIVER, 12e-3, SPACE));
-    nets.push(Topology::new("three-layer vessel", tube(bare), VESSEL, 2e-3, SPACE));
-    nets.push(Topology::new(WHOLE_VESSEL, tube(FamilyFactors::default()), VESSEL, 2e-3, SPACE));
+    nets.push(Topology::new("two-shell liver", organ(bare), LIVER, 25e-3, SPACE));
+    nets.push(Topology::new(WHOLE_LIVER, organ(FamilyFactors::default()), LIVER, 25e-3, SPACE));
+    nets.push(Topology::new("three-layer vessel", tube(bare), VESSEL, 3e-3, SPACE));
+    nets.push(Topology::new(WHOLE_VESSEL, tube(FamilyFactors::default()), VESSEL, 3e-3, SPACE));
     nets
 }
 
@@ -109,7 +109,7 @@ impl Topology {
     /// Whether its runs are expensive.
     #[must_use]
     pub fn is_large(&self) -> bool {
-        self.network.node_count() > 300
+        self.network.node_count() > 200
     }
 
     /// The same net with its springs scaled to another k.
@@ -174,13 +174,13 @@ fn wound(length: f64, gap: f64, depth: f64, bite: f64) -> Result<WoundParams, Un
 
 fn liver(factors: FamilyFactors) -> Result<Tissue, TissueError> {
     vosm::build(&VosmParams {
-        surface: OrganSurface::Lobe { half_axes_m: Vec3::new(0.07, 0.09, 0.035), taper: 0.3, subdivision: 3 },
+        surface: OrganSurface::Lobe { half_axes_m: Vec3::new(0.07, 0.09, 0.035), taper: 0.3, subdivision: 2 },
         shell_distance: Metres::from_mm(8.0)?,
         layer_thickness: Metres::from_mm(3.0)?,
         held: HeldRegion::Bottom(0.1),
         site: WoundSite { near_m: Vec3::new(0.0, 0.0, 10.0), along: Vec3::y() },
         material: material(LIVER, factors)?,
-        wound: wound(70.0, 2.0, 9.0, 14.0)?,
+        wound: wound(90.0, 2.0, 9.0, 25.0)?,
     })
 }
 
@@ -190,9 +190,9 @@ fn vessel(factors: FamilyFactors) -> Result<Tissue, TissueError> {
         length: Metres::from_mm(28.0)?,
         wall: Metres::from_mm(1.5)?,
         layers: 3,
-        cells_around: 14,
-        cells_along: 14,
+        cells_around: 10,
+        cells_along: 10,
         material: material(VESSEL, factors)?,
-        wound: wound(12.0, 0.5, 1.5, 2.5)?,
+        wound: wound(12.0, 0.5, 1.5, 3.5)?,
     })
 }
