@@ -48,7 +48,7 @@ fn curve(points: &[&Point], integrator: Integrator, pick: fn(&Difference) -> f64
         let cost = if implicit { p.cpu_per_sim()? } else { least / p.dt_s };
         Some((p.dt_s, cost, pick(p.off.as_ref()?)))
     };
-    let mut places: Vec<_> = mine.filter_map(|p| place(p)).collect();
+    let mut places: Vec<_> = mine.filter_map(place).collect();
     places.sort_by(|a, b| b.0.total_cmp(&a.0));
     places
 }

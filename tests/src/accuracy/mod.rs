@@ -14,6 +14,7 @@ pub mod deviations;
 mod document;
 pub mod extremes;
 mod head;
+mod kernels;
 mod network_file;
 mod networks;
 mod non_smooth;

@@ -3,6 +3,7 @@
 //! One line per part. A part gives one section or several that belong together.
 
 use super::extremes;
+use super::kernels;
 use super::network_file;
 use super::networks::NetworkFile;
 use super::rates;
@@ -53,6 +54,7 @@ fn all() -> Vec<Part> {
         },
         Part { keys: &["rates"], measure: |_, p| vec![rates::measure(p)] },
         Part { keys: &["network"], measure: |r, p| network_file::measure(&r.networks, r.effort, p) },
+        Part { keys: &["kernels"], measure: |r, p| vec![kernels::measure(r.effort, p)] },
         Part { keys: &["stability"], measure: |r, p| vec![stability_map::measure(r.effort, p)] },
         Part { keys: &["extremes"], measure: |r, p| vec![extremes::measure(r.effort, p)] },
         Part { keys: &["refinement"], measure: |r, p| vec![refinement::measure(r.effort, p)] },

@@ -5,9 +5,8 @@
 //! Only time is measured here; that the sweeps are right is tested where they are.
 
 pub mod meshes;
-pub mod plain;
 
-use plain::{Plain, PlainKernels};
+use plain_kernels::{Plain, PlainKernels};
 use sim_core::tissue::network::SpringNetwork;
 use sim_core::tissue::sweep::dispatch::KernelLevel;
 use sim_core::tissue::sweep::{KernelPath, Precision, SpringSweep};

@@ -97,7 +97,7 @@ fn closing_force_per_k_m(relaxed: bool) -> f64 {
     let count = (N * N) as usize;
     let x = (0..N * N).map(|n| Vec3::new(H * f64::from(n % N), -H * f64::from(n / N), 0.0)).collect();
     let middle = at(N / 2, 0);
-    let held = |n: u32| n == middle || n % N == 0 || n % N == N - 1 || n / N == N - 1;
+    let held = |n: u32| n == middle || n.is_multiple_of(N) || n % N == N - 1 || n / N == N - 1;
     let fixed = (0..N * N).map(|n| u8::from(held(n))).collect();
     let mut sheet = SpringNetwork::new(x, vec![1.0; count], vec![0.0; count], fixed, springs).expect("a sheet");
     if relaxed {
@@ -179,7 +179,7 @@ fn eq2_literal_form_is_refused_where_its_limit_is_passed() {
     let mut config = presets::skin();
     config.suture.kinematics = KinematicsReading::Literal;
     config.suture.point_mass_g = 0.0;
-    let refused = Scene::new(&config, None).err().expect("a patch of some milligrams");
+    let refused = Scene::new(&config, None).expect_err("a patch of some milligrams");
     let text = refused.to_string();
     assert!(text.contains("K h^2 + 2 c h < 4 m") && text.contains("point_mass_g"), "{text}");
     let SceneError::LiteralUnstable { stiffness_n_per_m: k, drag_n_s_per_m: c, mass_kg, mass_needed_kg, .. } = refused

@@ -7,12 +7,13 @@ use crate::source::SourceFile;
 use crate::{assert_clean, assert_discerns};
 
 /// Each member and the members that it may depend on.
-const EDGES: [(&str, &[&str]); 6] = [
+const EDGES: [(&str, &[&str]); 7] = [
     ("protocol", &[]),
     ("sim-core", &[]),
     ("haptic-server", &["protocol", "sim-core"]),
     ("viewer-client", &["protocol"]),
-    ("tests", &["protocol", "sim-core", "haptic-server", "viewer-client", "virtual-omni"]),
+    ("tests", &["protocol", "sim-core", "haptic-server", "viewer-client", "plain-kernels", "virtual-omni"]),
+    ("tests/plain-kernels", &["sim-core"]),
     ("tests/virtual-omni", &["protocol", "sim-core", "haptic-server"]),
 ];
 

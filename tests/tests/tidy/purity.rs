@@ -51,7 +51,7 @@ const UNSAFE_ROOMS: [&str; 7] = [
     "haptic-server/src/device/openhaptics/ffi.rs",
     "tests/virtual-omni/src/abi",
     "haptic-server/src/device/firewire",
-    "tests/src/kernels/plain.rs",
+    "tests/plain-kernels/src/lib.rs",
     "tests/tests/realtime/allocator.rs",
 ];
 
