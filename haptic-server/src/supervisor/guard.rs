@@ -18,7 +18,7 @@ pub const START_LIMIT: Duration = Duration::from_secs(30);
 pub const HEARTBEAT_LIMIT: Duration = Duration::from_secs(2);
 /// After the stop request the servo has this long to ramp (50 ms), end its recording, report and end.
 pub const STOP_LIMIT: Duration = Duration::from_secs(3);
-/// Delay before a dead solver is started again, first time: half of what the force needs to fade, so that none is lost.
+/// Delay before a dead solver is started again, first time: the next one loads while the force still fades.
 pub const RESTART_DELAY: Duration = Duration::from_millis(50);
 /// Longest such delay: a person who waits for the tissue to come back notices no more than this.
 pub const RESTART_DELAY_MAX: Duration = Duration::from_secs(1);

@@ -67,7 +67,8 @@ fn sleep_and_note(stop: &AtomicBool) -> Measured {
     let missing_rights = if rights.is_degraded() { rights.reasons() } else { Vec::new() };
     let (mut ticks, mut missed) = (0, 0);
     let mut schedule = Schedule::starting(now_ns(), PERIOD_NS);
-    while !stop.load(Ordering::Relaxed) {
+    // However short the run, one wake-up is measured.
+    while ticks == 0 || !stop.load(Ordering::Relaxed) {
         let due_ns = schedule.next_ns();
         // An interrupted sleep shows as an early wake-up and sleeps again.
         let _interrupted = clock_nanosleep_absolute(ClockId::Monotonic, &timespec(due_ns));
