@@ -14,7 +14,7 @@ pub const MAX_OUTLINE_WORDS: usize = 1 << 24;
 
 pod! {
     /// One drawn node.
-    pub struct FrameNode as "suture.v1.FrameNode" {
+    pub struct FrameNode as "suture.v2.FrameNode" {
         /// Position, metres.
         pub position_m: [f32; 3],
         /// Reaction of the Long Range Attachments on this node, newtons.
@@ -24,7 +24,7 @@ pod! {
 
 pod! {
     /// User header of a frame.
-    pub struct FrameHeader as "suture.v1.FrameHeader" {
+    pub struct FrameHeader as "suture.v2.FrameHeader" {
         /// Header; `length` is the size of this struct.
         pub header: Header,
         /// Matches the outline's generation.
@@ -38,7 +38,7 @@ pod! {
 
 pod! {
     /// User header of an outline.
-    pub struct OutlineHeader as "suture.v1.OutlineHeader" {
+    pub struct OutlineHeader as "suture.v2.OutlineHeader" {
         /// Header; `length` is the size of this struct.
         pub header: Header,
         /// Counts scene loads and restores.

@@ -176,9 +176,16 @@ fn a_flipped_bit_never_changes_a_message() {
         let mut spoilt = whole.clone();
         spoilt[byte] ^= 1 << (byte % 7);
         let spoilt = read(&spoilt).unwrap();
-        // Chunks are guarded by their CRC; index and summary behind them are not used for messages.
+        // Chunks are guarded by their CRC; index and summary behind them are not used for messages. One bit makes a message's
+        // record kind (5) out of an index's (7): what it holds is rejected and counted, never taken.
         let unchanged = all.starts_with(&spoilt.items);
-        assert!(unchanged && spoilt.rejected == 0, "byte {byte} of {}: {:?}", whole.len(), spoilt.end);
+        let index_as_message = whole[byte] == 7 && byte % 7 == 1;
+        assert!(
+            unchanged && spoilt.rejected <= usize::from(index_as_message),
+            "byte {byte} of {}: {:?}",
+            whole.len(),
+            spoilt.end
+        );
     }
 }
 

@@ -9,6 +9,7 @@ use sim_core::tissue::network::SpringNetwork;
 /// Share of its places that a diagonal must fill to be part of the C stencil.
 const LEAST_FILL: f64 = 0.3;
 
+// SAFETY: the signatures are those of plain.c, which is compiled into this package.
 unsafe extern "C" {
     fn plain_edges_f64(
         nodes: usize,

@@ -126,6 +126,7 @@ fn run_once(
                 next = events.next();
             }
             solver.lead(HANDLE, home + case.way((index + 1) as f64 * dt));
+            // Wall clock: the time of each step is what the report measures.
             let tick = Instant::now();
             let report = solver.step(&mut stages);
             result.step_ns.push(tick.elapsed().as_nanos() as u64);

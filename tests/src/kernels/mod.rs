@@ -81,6 +81,7 @@ pub fn measure(network: &SpringNetwork, springs: usize) -> Vec<KernelTime> {
 }
 
 fn nanoseconds(work: impl FnOnce()) -> f64 {
+    // Wall clock: the time is what is measured here.
     let start = Instant::now();
     work();
     start.elapsed().as_secs_f64() * 1e9

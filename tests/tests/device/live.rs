@@ -116,6 +116,7 @@ fn three_scenes_for_a_minute_each() {
 }
 
 #[test]
+#[ignore = "the device comes back within the run only on a quiet machine"]
 fn an_unplugged_device_is_told_and_the_run_ends_in_order() {
     let _alone = alone();
     let sandbox = Sandbox::new();

@@ -158,6 +158,7 @@ impl Motors {
     }
 
     fn complain(&mut self, code: u32) -> u32 {
+        self.asked_n = Vec3::zeros();
         self.restart();
         code
     }
