@@ -34,6 +34,8 @@ pub(super) trait Lanes: Copy {
     type Quad: Copy;
     /// Four numbers of single precision.
     type Quad32: Copy;
+    /// Eight numbers of single precision.
+    type Oct32: Copy;
 
     /// Vectors of the full width.
     fn simd(self) -> Self::Simd;
@@ -67,6 +69,10 @@ pub(super) trait Lanes: Copy {
     fn inverse_root_quad(self, x: Self::Quad) -> Self::Quad;
     /// Each lane in all four lanes.
     fn spread(self, q: Self::Quad) -> [Self::Quad; 4];
+    /// Four nodes as their first, second and third numbers.
+    fn axes(self, nodes: [Self::Quad; 4]) -> [Self::Quad; 3];
+    /// Each sum of four, and 0.
+    fn sums(self, axes: [Self::Quad; 3]) -> [f64; 4];
 
     /// The four numbers of a node.
     fn quad32(self, from: [f32; 4]) -> Self::Quad32;
@@ -86,6 +92,25 @@ pub(super) trait Lanes: Copy {
     fn inverse_root_quad32(self, x: Self::Quad32) -> Self::Quad32;
     /// Each lane in all four lanes.
     fn spread32(self, q: Self::Quad32) -> [Self::Quad32; 4];
+
+    /// Eight numbers.
+    fn oct32(self, from: [f32; 8]) -> Self::Oct32;
+    /// The numbers of two nodes.
+    fn pair32(self, first: [f32; 4], second: [f32; 4]) -> Self::Oct32;
+    /// `a + b`.
+    fn add_oct32(self, a: Self::Oct32, b: Self::Oct32) -> Self::Oct32;
+    /// `a − b`.
+    fn sub_oct32(self, a: Self::Oct32, b: Self::Oct32) -> Self::Oct32;
+    /// `a b + c`.
+    fn mul_add_oct32(self, a: Self::Oct32, b: Self::Oct32, c: Self::Oct32) -> Self::Oct32;
+    /// `c − a b`.
+    fn neg_mul_add_oct32(self, a: Self::Oct32, b: Self::Oct32, c: Self::Oct32) -> Self::Oct32;
+    /// Eight nodes, pair by pair (0 and 4, 1 and 5, …), as their first, second and third numbers (0 to 7).
+    fn axes32(self, pairs: [Self::Oct32; 4]) -> [Self::Oct32; 3];
+    /// `1/√max(x² + y² + z², floor)`, to two roundings.
+    fn inverse_length_oct32(self, axes: [Self::Oct32; 3], floor: f32) -> Self::Oct32;
+    /// Each sum of eight, and 0.
+    fn sums32(self, axes: [Self::Oct32; 3]) -> [f32; 4];
 }
 
 /// A computation over [`Lanes`].
@@ -135,6 +160,11 @@ impl KernelLevel {
             Self::Portable => kernel.run(Exact(pulp::Scalar::new())),
             Self::Best | Self::Avx2 => pulp::Arch::new().dispatch(AnySimd(kernel)),
         }
+    }
+
+    /// The limit for kernels that use no more than 256 bits: compiled for AVX-512 they are slower by a tenth to a quarter.
+    pub(super) fn for_quads(self) -> Self {
+        if self == Self::Portable { Self::Portable } else { Self::Avx2 }
     }
 
     /// Name of the instruction set that is taken, for reports.

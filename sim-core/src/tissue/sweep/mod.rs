@@ -46,8 +46,8 @@ pub enum Precision {
     /// `f64` throughout.
     #[default]
     Double,
-    /// Displacements and forces in `f32`, to [`single::SINGLE_TOLERANCE`]; for finite positions within 1e15 m of the built
-    /// ones. Coincident ends give no force but are not counted.
+    /// Two `f32` per coordinate, one for all else, to [`single::SINGLE_TOLERANCE`]; for finite positions within 1e15 m.
+    /// Coincident ends give no force but are not counted.
     Single,
 }
 
@@ -109,9 +109,7 @@ impl SpringSweep {
                 let rest = (!rest.is_empty()).then(|| Quads::edges(&rest));
                 match precision {
                     Precision::Double => Layout::Stencil(Box::new(Stencil::new(diagonals, nodes)), rest),
-                    Precision::Single => {
-                        Layout::SingleStencil(Box::new(SingleStencil::new(&diagonals, &network.rest_m)), rest)
-                    }
+                    Precision::Single => Layout::SingleStencil(Box::new(SingleStencil::new(&diagonals, nodes)), rest),
                 }
             }
         };
@@ -165,19 +163,20 @@ impl SpringSweep {
     /// When the slices are shorter than the network has nodes.
     pub fn sweep(&mut self, position_m: &[Vec3], force_n: &mut [Vec3]) -> u32 {
         let least = match &mut self.layout {
-            Layout::Quads(quads) => self.level.run(quads.sweep(position_m, force_n)),
+            Layout::Quads(quads) => self.level.for_quads().run(quads.sweep(position_m, force_n)),
             Layout::Stencil(stencil, rest) => {
                 let least = self.level.run(stencil.sweep(position_m, force_n));
-                rest.as_mut().map_or(least, |rest| least.min(self.level.run(rest.sweep(position_m, force_n))))
+                let level = self.level.for_quads();
+                rest.as_mut().map_or(least, |rest| least.min(level.run(rest.sweep(position_m, force_n))))
             }
             Layout::Singles(singles) => {
-                self.level.run(singles.sweep(position_m, force_n));
+                self.level.for_quads().run(singles.sweep(position_m, force_n));
                 f64::MAX
             }
             Layout::SingleStencil(stencil, rest) => {
                 self.level.run(stencil.sweep(position_m, force_n));
                 if let Some(rest) = rest {
-                    self.level.run(rest.sweep(position_m, force_n));
+                    self.level.for_quads().run(rest.sweep(position_m, force_n));
                 }
                 f64::MAX
             }

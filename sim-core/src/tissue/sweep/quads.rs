@@ -183,14 +183,19 @@ fn ends_of<L: Lanes>(lanes: L, nodes: &[u32; 4], position: &[Node]) -> [L::Quad;
     ]
 }
 
-/// `k − k L/|d|` of four springs, each in all lanes.
+/// `k − k L/|d|` of four springs.
+#[inline(always)]
+fn scale<L: Lanes>(lanes: L, squared: L::Quad, four: &Four) -> L::Quad {
+    let floored = lanes.max(squared, lanes.quad([COINCIDENT_M * COINCIDENT_M; 4]));
+    lanes.neg_mul_add(lanes.quad(four.preload), lanes.inverse_root_quad(floored), lanes.quad(four.stiffness))
+}
+
+/// The same, each in all lanes.
 #[inline(always)]
 fn scales<L: Lanes>(lanes: L, d: [L::Quad; 4], four: &Four, least: &mut L::Quad) -> [L::Quad; 4] {
     let squared = lanes.squares(d);
     *least = lanes.min(*least, squared);
-    let floored = lanes.max(squared, lanes.quad([COINCIDENT_M * COINCIDENT_M; 4]));
-    let inverse = lanes.inverse_root_quad(floored);
-    lanes.spread(lanes.neg_mul_add(lanes.quad(four.preload), inverse, lanes.quad(four.stiffness)))
+    lanes.spread(scale(lanes, squared, four))
 }
 
 #[inline(always)]
@@ -219,18 +224,21 @@ fn rows<L: Lanes>(lanes: L, start: &[u32], fours: &[Four], position: &[Node], fo
 #[inline(always)]
 fn gather<L: Lanes>(lanes: L, start: &[u32], fours: &[Four], position: &[Node], force: &mut [Node]) -> L::Quad {
     let mut least = lanes.quad([f64::MAX; 4]);
+    let zero = lanes.quad([0.0; 4]);
     for (node, ends) in start.windows(2).enumerate() {
-        let x = lanes.quad(position[node].0);
-        let mut own = lanes.quad([0.0; 4]);
+        let own = lanes.quad(position[node].0);
+        let (mut x, mut y, mut z) = (zero, zero, zero);
         for four in &fours[ends[0] as usize..ends[1] as usize] {
             let [p, q, r, s] = ends_of(lanes, &four.upper, position);
-            let d = [lanes.sub(p, x), lanes.sub(q, x), lanes.sub(r, x), lanes.sub(s, x)];
-            let scale = scales(lanes, d, four, &mut least);
-            for lane in 0..LANES {
-                own = lanes.mul_add(scale[lane], d[lane], own);
-            }
+            let [dx, dy, dz] = lanes.axes([lanes.sub(p, own), lanes.sub(q, own), lanes.sub(r, own), lanes.sub(s, own)]);
+            let squared = lanes.mul_add(dx, dx, lanes.mul_add(dy, dy, lanes.mul_add(dz, dz, zero)));
+            least = lanes.min(least, squared);
+            let scale = scale(lanes, squared, four);
+            x = lanes.mul_add(scale, dx, x);
+            y = lanes.mul_add(scale, dy, y);
+            z = lanes.mul_add(scale, dz, z);
         }
-        force[node].0 = lanes.array(own);
+        force[node].0 = lanes.sums([x, y, z]);
     }
     least
 }

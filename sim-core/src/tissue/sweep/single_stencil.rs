@@ -1,13 +1,13 @@
-//! The sweep along diagonals in single precision: displacements from the built shape, as in `single`.
+//! The sweep along diagonals in single precision: two numbers per coordinate, as in `single`.
 //!
-//! Per place: `d = D + u_{i+o} − u_i`, `f = (k − k L/|d|) d`, `F_i += f`, `F_{i+o} −= f`. Five numbers of four bytes per
-//! spring against two of eight in double, twice as many springs side by side. The far ends are served in a second loop,
-//! as in `stencil`.
+//! Per place: `d = (h_{i+o} − h_i) + (l_{i+o} − l_i)`, `f = (k − k L/|d|) d`, `F_i += f`, `F_{i+o} −= f`. Half the bytes per
+//! spring of double precision, twice as many springs side by side. The far ends are served in a second loop, as in
+//! `stencil`.
 
 use super::aligned::Aligned;
 use super::diagonals::{BLOCK, Diagonals, Stretch};
 use super::dispatch::{Kernel, Lanes, Wide32};
-use crate::tissue::force::COINCIDENT_M;
+use super::single::{FLOOR, halves};
 use crate::vector::Vec3;
 use pulp::Simd;
 
@@ -17,45 +17,34 @@ const MARGIN: usize = 16;
 const PAGE_SKEW: usize = 176;
 /// Values of a page.
 const PAGE: usize = 1024;
-/// Least squared length.
-const FLOOR: f32 = (COINCIDENT_M * COINCIDENT_M) as f32;
 
 /// A regular network part in single precision.
 #[derive(Clone, Debug)]
 pub(super) struct SingleStencil {
     stretches: Vec<Stretch>,
-    /// By place: vector at rest x, y, z, stiffness, `k L`.
-    springs: [Aligned<f32>; 5],
-    built_m: Vec<Vec3>,
+    /// By place: stiffness, `k L`.
+    springs: [Aligned<f32>; 2],
+    nodes: usize,
     stride: usize,
-    /// x, y, z of displacements, then of forces.
+    /// x, y, z of positions, of what these leave, of forces.
     arrays: Aligned<f32>,
     pull: Aligned<f32>,
 }
 
 impl SingleStencil {
-    pub(super) fn new(diagonals: &Diagonals, built_m: &[Vec3]) -> Self {
-        let places = diagonals.stiffness.get().len();
-        let mut springs: [Aligned<f32>; 5] = std::array::from_fn(|_| Aligned::new(places));
-        for s in &diagonals.stretches {
-            for i in 0..s.len {
-                let place = s.place + i;
-                let ends = (built_m.get(s.start + i), built_m.get(s.start + i + s.offset));
-                let d = if let (Some(a), Some(b)) = ends { b - a } else { Vec3::repeat(1.0) };
-                for axis in 0..3 {
-                    springs[axis].get_mut()[place] = d[axis] as f32;
-                }
-                springs[3].get_mut()[place] = diagonals.stiffness.get()[place] as f32;
-                springs[4].get_mut()[place] = diagonals.preload.get()[place] as f32;
-            }
-        }
-        let stride = (built_m.len() + MARGIN).next_multiple_of(PAGE) + PAGE_SKEW;
+    pub(super) fn new(diagonals: &Diagonals, nodes: usize) -> Self {
+        let single = |from: &Aligned<f64>| {
+            let mut to = Aligned::new(from.get().len());
+            to.get_mut().iter_mut().zip(from.get()).for_each(|(to, from)| *to = *from as f32);
+            to
+        };
+        let stride = (nodes + MARGIN).next_multiple_of(PAGE) + PAGE_SKEW;
         Self {
             stretches: diagonals.stretches.clone(),
-            springs,
-            built_m: built_m.to_vec(),
+            springs: [single(&diagonals.stiffness), single(&diagonals.preload)],
+            nodes,
             stride,
-            arrays: Aligned::new(6 * stride),
+            arrays: Aligned::new(9 * stride),
             pull: Aligned::new(3 * BLOCK),
         }
     }
@@ -79,30 +68,29 @@ impl Kernel for SingleStencilSweep<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
         let Self { stencil, position_m, force_n } = self;
-        let SingleStencil { stretches, springs, built_m, stride, arrays, pull } = stencil;
-        let (shift, force) = arrays.get_mut().split_at_mut(3 * *stride);
-        let [x, y, z] = thirds(shift, *stride);
+        let SingleStencil { stretches, springs, nodes, stride, arrays, pull } = stencil;
+        let (position, force) = arrays.get_mut().split_at_mut(6 * *stride);
+        let (position, left) = position.split_at_mut(3 * *stride);
+        let [x, y, z] = thirds(position, *stride);
+        let [lx, ly, lz] = thirds(left, *stride);
         let [fx, fy, fz] = thirds(force, *stride);
-        for ((((p, built), x), y), z) in position_m.iter().zip(&*built_m).zip(&mut *x).zip(&mut *y).zip(&mut *z) {
-            (*x, *y, *z) = ((p.x - built.x) as f32, (p.y - built.y) as f32, (p.z - built.z) as f32);
+        for (i, p) in position_m[..*nodes].iter().enumerate() {
+            ((x[i], lx[i]), (y[i], ly[i]), (z[i], lz[i])) = (halves(p.x), halves(p.y), halves(p.z));
         }
         for f in [&mut *fx, &mut *fy, &mut *fz] {
-            f[..built_m.len() + MARGIN].fill(0.0);
+            f[..*nodes + MARGIN].fill(0.0);
         }
         let [px, py, pz] = thirds(pull.get_mut(), BLOCK);
         for s in &*stretches {
             let (low, places) = (s.start..s.start + s.len, s.place..s.place + s.len);
             let high = s.start + s.offset..s.start + s.offset + s.len;
             let of = Places {
-                rest: [
-                    &springs[0].get()[places.clone()],
-                    &springs[1].get()[places.clone()],
-                    &springs[2].get()[places.clone()],
-                ],
-                stiffness: &springs[3].get()[places.clone()],
-                preload: &springs[4].get()[places],
+                stiffness: &springs[0].get()[places.clone()],
+                preload: &springs[1].get()[places],
                 low: [&x[low.clone()], &y[low.clone()], &z[low.clone()]],
                 high: [&x[high.clone()], &y[high.clone()], &z[high.clone()]],
+                low_left: [&lx[low.clone()], &ly[low.clone()], &lz[low.clone()]],
+                high_left: [&lx[high.clone()], &ly[high.clone()], &lz[high.clone()]],
             };
             let own = [&mut fx[low.clone()], &mut fy[low.clone()], &mut fz[low]];
             near(lanes, &of, own, [&mut px[..s.len], &mut py[..s.len], &mut pz[..s.len]]);
@@ -115,7 +103,7 @@ impl Kernel for SingleStencilSweep<'_> {
                 tail.iter_mut().zip(rest).for_each(|(f, p)| *f -= p);
             }
         }
-        for (((f, x), y), z) in force_n.iter_mut().zip(&*fx).zip(&*fy).zip(&*fz).take(built_m.len()) {
+        for (((f, x), y), z) in force_n.iter_mut().zip(&*fx).zip(&*fy).zip(&*fz).take(*nodes) {
             *f = Vec3::new(f64::from(*x), f64::from(*y), f64::from(*z));
         }
     }
@@ -123,11 +111,12 @@ impl Kernel for SingleStencilSweep<'_> {
 
 /// What a stretch reads.
 struct Places<'a> {
-    rest: [&'a [f32]; 3],
     stiffness: &'a [f32],
     preload: &'a [f32],
     low: [&'a [f32]; 3],
     high: [&'a [f32]; 3],
+    low_left: [&'a [f32]; 3],
+    high_left: [&'a [f32]; 3],
 }
 
 /// Three arrays out of one.
@@ -157,22 +146,20 @@ fn near<L: Lanes>(lanes: L, of: &Places<'_>, own: [&mut [f32]; 3], pull: [&mut [
         (L::Simd::as_mut_simd_f32s(ox), L::Simd::as_mut_simd_f32s(oy), L::Simd::as_mut_simd_f32s(oz));
     let ((px, ux), (py, uy), (pz, uz)) =
         (L::Simd::as_mut_simd_f32s(px), L::Simd::as_mut_simd_f32s(py), L::Simd::as_mut_simd_f32s(pz));
-    let ((low, low_tail), (high, high_tail), (rest, rest_tail)) =
-        (whole::<L>(of.low), whole::<L>(of.high), whole::<L>(of.rest));
+    let ((low, low_tail), (high, high_tail)) = (whole::<L>(of.low), whole::<L>(of.high));
+    let ((low_left, low_left_tail), (high_left, high_left_tail)) = (whole::<L>(of.low_left), whole::<L>(of.high_left));
     let (stiffness, stiffness_tail) = L::Simd::as_simd_f32s(of.stiffness);
     let (preload, preload_tail) = L::Simd::as_simd_f32s(of.preload);
     let count = stiffness.len();
-    let (low, high) = (
-        [&low[0][..count], &low[1][..count], &low[2][..count]],
-        [&high[0][..count], &high[1][..count], &high[2][..count]],
-    );
-    let (rest, preload) = ([&rest[0][..count], &rest[1][..count], &rest[2][..count]], &preload[..count]);
+    let (low, high) = (low.map(|x| &x[..count]), high.map(|x| &x[..count]));
+    let (low_left, high_left) = (low_left.map(|x| &x[..count]), high_left.map(|x| &x[..count]));
+    let preload = &preload[..count];
     let (ox, oy, oz) = (&mut ox[..count], &mut oy[..count], &mut oz[..count]);
     let (px, py, pz) = (&mut px[..count], &mut py[..count], &mut pz[..count]);
     for i in 0..count {
-        let x = s.add_f32s(rest[0][i], s.sub_f32s(high[0][i], low[0][i]));
-        let y = s.add_f32s(rest[1][i], s.sub_f32s(high[1][i], low[1][i]));
-        let z = s.add_f32s(rest[2][i], s.sub_f32s(high[2][i], low[2][i]));
+        let x = s.add_f32s(s.sub_f32s(high[0][i], low[0][i]), s.sub_f32s(high_left[0][i], low_left[0][i]));
+        let y = s.add_f32s(s.sub_f32s(high[1][i], low[1][i]), s.sub_f32s(high_left[1][i], low_left[1][i]));
+        let z = s.add_f32s(s.sub_f32s(high[2][i], low[2][i]), s.sub_f32s(high_left[2][i], low_left[2][i]));
         let squared = s.mul_add_e_f32s(x, x, s.mul_add_e_f32s(y, y, s.mul_f32s(z, z)));
         let inverse = lanes.inverse_root32(s.max_f32s(squared, s.splat_f32s(FLOOR)));
         let scale = s.negate_mul_add_e_f32s(preload[i], inverse, stiffness[i]);
@@ -182,7 +169,8 @@ fn near<L: Lanes>(lanes: L, of: &Places<'_>, own: [&mut [f32]; 3], pull: [&mut [
         oz[i] = s.add_f32s(oz[i], pz[i]);
     }
     for i in 0..stiffness_tail.len() {
-        let d = |axis: usize| rest_tail[axis][i] + (high_tail[axis][i] - low_tail[axis][i]);
+        let d =
+            |axis: usize| (high_tail[axis][i] - low_tail[axis][i]) + (high_left_tail[axis][i] - low_left_tail[axis][i]);
         let (x, y, z) = (d(0), d(1), d(2));
         let scale = stiffness_tail[i] - preload_tail[i] / (x * x + y * y + z * z).max(FLOOR).sqrt();
         (ux[i], uy[i], uz[i]) = (scale * x, scale * y, scale * z);

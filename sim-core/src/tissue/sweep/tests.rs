@@ -130,8 +130,7 @@ fn single_precision_keeps_its_tolerance_in_a_bent_mesh() {
         let mut allowed = vec![0.0; net.node_count()];
         for s in &net.springs {
             let reach = (position[s.a as usize] - position[s.b as usize]).norm() + s.rest_length_m;
-            // Displacements of 5 mm are rounded to 2^-24 of that at either end.
-            let share = s.stiffness_n_per_m * (single::SINGLE_TOLERANCE * reach + 6e-3 * 2.0_f64.powi(-23));
+            let share = s.stiffness_n_per_m * single::SINGLE_TOLERANCE * reach;
             allowed[s.a as usize] += share;
             allowed[s.b as usize] += share;
         }

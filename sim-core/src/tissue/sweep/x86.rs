@@ -7,7 +7,7 @@
 
 use super::dispatch::{Lanes, Wide, Wide32};
 use pulp::x86::{V3, V4};
-use pulp::{Simd, cast, f32x4, f64x4};
+use pulp::{Simd, cast, f32x4, f32x8, f64x4};
 
 /// Steps from the estimate of 2⁻¹⁴ to rounding.
 const NEWTON_STEPS: u32 = 2;
@@ -19,6 +19,7 @@ macro_rules! quads {
     () => {
         type Quad = f64x4;
         type Quad32 = f32x4;
+        type Oct32 = f32x8;
 
         #[inline(always)]
         fn simd(self) -> Self {
@@ -89,6 +90,30 @@ macro_rules! quads {
         }
 
         #[inline(always)]
+        fn axes(self, [p, q, r, s]: [f64x4; 4]) -> [f64x4; 3] {
+            let avx = self.avx;
+            let (p, q, r, s) = (cast(p), cast(q), cast(r), cast(s));
+            // x0 x1 z0 z1 and x2 x3 z2 z3, then y0 y1 and y2 y3.
+            let (even, even_next) = (avx._mm256_unpacklo_pd(p, q), avx._mm256_unpacklo_pd(r, s));
+            let (odd, odd_next) = (avx._mm256_unpackhi_pd(p, q), avx._mm256_unpackhi_pd(r, s));
+            [
+                cast(avx._mm256_permute2f128_pd::<0x20>(even, even_next)),
+                cast(avx._mm256_permute2f128_pd::<0x20>(odd, odd_next)),
+                cast(avx._mm256_permute2f128_pd::<0x31>(even, even_next)),
+            ]
+        }
+
+        #[inline(always)]
+        fn sums(self, [x, y, z]: [f64x4; 3]) -> [f64; 4] {
+            let avx = self.avx;
+            let first = avx._mm256_hadd_pd(cast(x), cast(y));
+            let second = avx._mm256_hadd_pd(cast(z), avx._mm256_setzero_pd());
+            let crossed = avx._mm256_permute2f128_pd::<0x21>(first, second);
+            let straight = avx._mm256_blend_pd::<0b1100>(first, second);
+            cast(avx._mm256_add_pd(crossed, straight))
+        }
+
+        #[inline(always)]
         fn quad32(self, from: [f32; 4]) -> f32x4 {
             cast(from)
         }
@@ -141,6 +166,70 @@ macro_rules! quads {
                 cast(sse._mm_shuffle_ps::<0xaa>(q, q)),
                 cast(sse._mm_shuffle_ps::<0xff>(q, q)),
             ]
+        }
+
+        #[inline(always)]
+        fn oct32(self, from: [f32; 8]) -> f32x8 {
+            cast(from)
+        }
+
+        #[inline(always)]
+        fn pair32(self, first: [f32; 4], second: [f32; 4]) -> f32x8 {
+            let avx = self.avx;
+            cast(avx._mm256_insertf128_ps::<1>(avx._mm256_castps128_ps256(cast(first)), cast(second)))
+        }
+
+        #[inline(always)]
+        fn add_oct32(self, a: f32x8, b: f32x8) -> f32x8 {
+            cast(self.avx._mm256_add_ps(cast(a), cast(b)))
+        }
+
+        #[inline(always)]
+        fn sub_oct32(self, a: f32x8, b: f32x8) -> f32x8 {
+            cast(self.avx._mm256_sub_ps(cast(a), cast(b)))
+        }
+
+        #[inline(always)]
+        fn mul_add_oct32(self, a: f32x8, b: f32x8, c: f32x8) -> f32x8 {
+            cast(self.fma._mm256_fmadd_ps(cast(a), cast(b), cast(c)))
+        }
+
+        #[inline(always)]
+        fn neg_mul_add_oct32(self, a: f32x8, b: f32x8, c: f32x8) -> f32x8 {
+            cast(self.fma._mm256_fnmadd_ps(cast(a), cast(b), cast(c)))
+        }
+
+        #[inline(always)]
+        fn axes32(self, [p, q, r, s]: [f32x8; 4]) -> [f32x8; 3] {
+            let avx = self.avx;
+            let (p, q, r, s) = (cast(p), cast(q), cast(r), cast(s));
+            // x0 x1 y0 y1 and x2 x3 y2 y3, then z0 z1 and z2 z3, in each half.
+            let (first, second) = (avx._mm256_unpacklo_ps(p, q), avx._mm256_unpacklo_ps(r, s));
+            let (third, fourth) = (avx._mm256_unpackhi_ps(p, q), avx._mm256_unpackhi_ps(r, s));
+            [
+                cast(avx._mm256_shuffle_ps::<0x44>(first, second)),
+                cast(avx._mm256_shuffle_ps::<0xee>(first, second)),
+                cast(avx._mm256_shuffle_ps::<0x44>(third, fourth)),
+            ]
+        }
+
+        #[inline(always)]
+        fn inverse_length_oct32(self, [x, y, z]: [f32x8; 3], floor: f32) -> f32x8 {
+            let (avx, fma) = (self.avx, self.fma);
+            let (x, y, z) = (cast(x), cast(y), cast(z));
+            let squared = fma._mm256_fmadd_ps(x, x, fma._mm256_fmadd_ps(y, y, avx._mm256_mul_ps(z, z)));
+            let squared = avx._mm256_max_ps(squared, avx._mm256_set1_ps(floor));
+            let start = avx._mm256_rsqrt_ps(squared);
+            let rest = fma._mm256_fnmadd_ps(avx._mm256_mul_ps(squared, start), start, avx._mm256_set1_ps(1.0));
+            cast(fma._mm256_fmadd_ps(avx._mm256_mul_ps(start, avx._mm256_set1_ps(0.5)), rest, start))
+        }
+
+        #[inline(always)]
+        fn sums32(self, [x, y, z]: [f32x8; 3]) -> [f32; 4] {
+            let (avx, sse) = (self.avx, self.sse);
+            let zero = avx._mm256_setzero_ps();
+            let sums = avx._mm256_hadd_ps(avx._mm256_hadd_ps(cast(x), cast(y)), avx._mm256_hadd_ps(cast(z), zero));
+            cast(sse._mm_add_ps(avx._mm256_castps256_ps128(sums), avx._mm256_extractf128_ps::<1>(sums)))
         }
     };
 }
