@@ -7,7 +7,9 @@
 //! (`scene_from_device` is applied inside the device).
 
 pub mod encoder;
+pub mod firewire;
 pub mod frame;
+pub mod hid;
 pub mod notice;
 pub mod omni;
 pub mod openhaptics;
@@ -15,6 +17,7 @@ pub mod replay;
 pub mod simulated;
 pub mod stylus;
 pub mod velocity_filter;
+pub mod wire;
 
 use notice::NoticeRing;
 use protocol::tissue_port::TissuePort;

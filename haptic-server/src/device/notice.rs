@@ -4,7 +4,9 @@
 //! the log, and reports those of weight [`Weight::Fault`] to the operator.
 
 use crate::device::openhaptics::notice::HdNotice;
+use crate::device::wire::notice::WireNotice;
 use crossbeam::queue::ArrayQueue;
+use std::fmt;
 
 /// Notices that wait for their reader at most.
 pub const NOTICES: usize = 256;
@@ -28,7 +30,25 @@ pub struct DeviceNotice {
     /// How much it weighs.
     pub weight: Weight,
     /// What happened.
-    pub what: HdNotice,
+    pub what: What,
+}
+
+/// What a driver has to say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum What {
+    /// The OpenHaptics driver.
+    OpenHaptics(HdNotice),
+    /// A driver on a wire: HID or FireWire.
+    Wire(WireNotice),
+}
+
+impl fmt::Display for What {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::OpenHaptics(notice) => notice.fmt(f),
+            Self::Wire(notice) => notice.fmt(f),
+        }
+    }
 }
 
 /// Notices on their way.

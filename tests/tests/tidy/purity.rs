@@ -50,7 +50,7 @@ const UNSAFE_ROOMS: [&str; 7] = [
     "haptic-server/src/crash",
     "haptic-server/src/device/openhaptics/ffi.rs",
     "tests/virtual-omni/src/abi",
-    "haptic-server/src/device/firewire",
+    "haptic-server/src/device/firewire/ioctl.rs",
     "tests/plain-kernels/src/lib.rs",
     "tests/tests/realtime/allocator.rs",
 ];

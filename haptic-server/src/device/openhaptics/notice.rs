@@ -5,7 +5,7 @@
 use super::severity::{self, Reaction};
 use super::state::{Calibration, DeviceState};
 use super::thermal::Warmth;
-use crate::device::notice::{DeviceNotice, NoticeRing, Weight};
+use crate::device::notice::{DeviceNotice, NoticeRing, Weight, What};
 use std::fmt;
 
 /// An error that goes on is told again after so many ticks.
@@ -102,7 +102,8 @@ pub(super) struct Teller<'a> {
 impl Teller<'_> {
     /// One notice; a full ring drops it, nobody waits.
     pub(super) fn tell(&self, notice: HdNotice) {
-        let _full = self.ring.push(DeviceNotice { device: self.device, weight: notice.weight(), what: notice });
+        let what = What::OpenHaptics(notice);
+        let _full = self.ring.push(DeviceNotice { device: self.device, weight: notice.weight(), what });
     }
 }
 
