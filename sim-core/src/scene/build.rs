@@ -1,6 +1,8 @@
 //! From what a scene file says to a tissue at rest: millimetres and N/mm become SI here, once.
 
-use super::config::{DragReading as DragChoice, IntegratorReading, MaterialConfig, SceneConfig, TissueConfig};
+use super::config::{
+    DragReading as DragChoice, IntegratorReading, MaterialConfig, PrecisionReading, SceneConfig, TissueConfig,
+};
 use super::plan::in_range;
 use crate::kinematics::literal_tick::MAX_SUBSTEPS;
 use crate::suture_line::line::SutureLineError;
@@ -13,6 +15,7 @@ use crate::tissue::port::PortParams;
 use crate::tissue::regulation::AttachmentError;
 use crate::tissue::settle::{SettleEnd, Settled};
 use crate::tissue::solver_params::{SolverError, SolverParams, SubstepPolicy};
+use crate::tissue::sweep::Precision;
 use crate::tissue::triangle_mesh::TriangleMesh;
 use crate::tissue::ttsm::{self, TtsmParams};
 use crate::tissue::utsm::{self, HeldRim, UtsmParams};
@@ -236,6 +239,10 @@ pub fn solver_params(config: &SceneConfig) -> Result<SolverParams, SceneError> {
             IntegratorReading::Verlet => Integrator::Verlet,
             IntegratorReading::Bdf2 => Integrator::Bdf2,
             IntegratorReading::Xpbd => Integrator::Xpbd,
+        },
+        precision: match s.precision {
+            PrecisionReading::Double => Precision::Double,
+            PrecisionReading::Single => Precision::Single,
         },
         automatic: (s.integrator == IntegratorReading::Automatic)
             .then(|| ChoiceParams { max_substeps: s.max_substeps, ..ChoiceParams::default() }),

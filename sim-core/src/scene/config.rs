@@ -3,6 +3,10 @@
 //!
 //! An optional section that is left out is a stage that the scene does not have.
 
+mod solver;
+
+pub use solver::{IntegratorReading, PrecisionReading, SolverConfig};
+
 use serde::{Deserialize, Serialize};
 
 /// One scene.
@@ -298,38 +302,4 @@ pub enum ControlReading {
     On,
     /// As printed: positions are set.
     Paper,
-}
-
-/// Time stepping.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SolverConfig {
-    /// Solver rate, hertz.
-    pub rate_hz: f64,
-    /// Integrator; automatic when left out.
-    #[serde(default)]
-    pub integrator: IntegratorReading,
-    /// More sub-steps than this per step are refused.
-    pub max_substeps: u32,
-    /// Rings of nodes around a handle that enter its port stiffness.
-    pub port_rings: u32,
-}
-
-/// Integrator by name.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum IntegratorReading {
-    /// Chosen at load by the stability number and the time budget.
-    #[default]
-    Automatic,
-    /// Semi-implicit Euler, implicit drag.
-    SemiImplicit,
-    /// Eq. (2)–(3) as printed: explicit drag.
-    PaperExplicit,
-    /// Staggered Verlet, Crank–Nicolson drag.
-    Verlet,
-    /// Implicit: second-order backward differences.
-    Bdf2,
-    /// Extended position-based dynamics, for comparison.
-    Xpbd,
 }

@@ -11,8 +11,8 @@
 
 use super::config::{
     AttachmentConfig, AttachmentReading, ControlConfig, ControlReading, DistanceReading, DragReading,
-    IntegratorReading, KinematicsReading, LineConfig, MaterialConfig, SceneConfig, SolverConfig, SpringLawReading,
-    SutureConfig, TissueConfig, VelocityReading, WoundConfig,
+    IntegratorReading, KinematicsReading, LineConfig, MaterialConfig, PrecisionReading, SceneConfig, SolverConfig,
+    SpringLawReading, SutureConfig, TissueConfig, VelocityReading, WoundConfig,
 };
 
 /// One row of Table 2.
@@ -164,5 +164,11 @@ fn control() -> ControlConfig {
 }
 
 fn solver() -> SolverConfig {
-    SolverConfig { rate_hz: 200.0, integrator: IntegratorReading::Automatic, max_substeps: 64, port_rings: 4 }
+    SolverConfig {
+        rate_hz: 200.0,
+        integrator: IntegratorReading::Automatic,
+        precision: PrecisionReading::Double,
+        max_substeps: 64,
+        port_rings: 4,
+    }
 }

@@ -19,7 +19,8 @@ use crate::tissue::regulation::Attachments;
 use crate::tissue::scheme::Scheme;
 use crate::tissue::solver_params::{self, SolverError, SolverParams};
 use crate::tissue::stability::Stability;
-use crate::tissue::sweep::SpringSweep;
+use crate::tissue::sweep::dispatch::KernelLevel;
+use crate::tissue::sweep::{Precision, SpringSweep};
 use crate::vector::Vec3;
 
 mod step;
@@ -103,7 +104,7 @@ impl TissueSolver {
             responses: vec![PatchResponse::free(0.0); patches.len()],
             handles: std::array::from_fn(|_| None),
             ports: std::array::from_fn(|_| PortSolver::new(count)),
-            springs: SpringSweep::new(&network),
+            springs: SpringSweep::automatic(&network, params.sweep_precision(), KernelLevel::Best),
             scheme: Scheme::new(params.integrator, &network),
             network,
             patches,
@@ -149,7 +150,11 @@ impl TissueSolver {
     /// Why this integrator with these sub-steps, in one sentence with the numbers.
     #[must_use]
     pub fn integrator_reason(&self) -> String {
-        self.choice.as_ref().map_or_else(|| format!("demanded: {}", self.stability), ToString::to_string)
+        let reason = self.choice.as_ref().map_or_else(|| format!("demanded: {}", self.stability), ToString::to_string);
+        match self.springs.precision() {
+            Precision::Double => reason,
+            Precision::Single => reason + "; forces in single precision",
+        }
     }
 
     /// Sub-steps and stability number, for the log of the scene's load.
@@ -185,6 +190,7 @@ impl TissueSolver {
         self.stability = solver_params::assess(&self.network, &self.state.position_m, &params)?;
         if params.integrator != self.params.integrator {
             self.scheme = Scheme::new(params.integrator, &self.network);
+            self.springs = SpringSweep::automatic(&self.network, params.sweep_precision(), self.springs.level());
         }
         (self.params, self.choice) = (params, choice);
         self.refresh_mobility();

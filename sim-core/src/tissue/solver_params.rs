@@ -13,6 +13,7 @@ use crate::tissue::port::PortParams;
 use crate::tissue::stability::{
     Stability, SubstepReason, TARGET_NUMBER, Tangent, fewest_substeps, lambda_max, stability_number,
 };
+use crate::tissue::sweep::Precision;
 use crate::vector::Vec3;
 
 /// Longest search for a step that would do, in sub-steps.
@@ -49,6 +50,8 @@ pub struct SolverParams {
     pub displacement_limit_spacings: f64,
     /// Farthest a handle moves in one period, in mesh spacings: a hand at 0.8 m/s on a 2 mm mesh at 5 ms.
     pub handle_limit_spacings: f64,
+    /// Numbers of the force sweeps of the explicit integrators; BDF2 and XPBD always take double precision.
+    pub precision: Precision,
     /// How far the steps of BDF2 are solved.
     pub newton: NewtonParams,
     /// Sweeps over all springs per sub-step of XPBD.
@@ -68,9 +71,19 @@ impl SolverParams {
             automatic: None,
             displacement_limit_spacings: 0.5,
             handle_limit_spacings: 2.0,
+            precision: Precision::Double,
             newton: NewtonParams::default(),
             xpbd_iterations: 1,
             port: PortParams::default(),
+        }
+    }
+
+    /// Numbers that the force sweeps take with this integrator.
+    #[must_use]
+    pub fn sweep_precision(&self) -> Precision {
+        match self.integrator {
+            Integrator::Bdf2 | Integrator::Xpbd => Precision::Double,
+            Integrator::SemiImplicit | Integrator::PaperExplicit | Integrator::Verlet => self.precision,
         }
     }
 

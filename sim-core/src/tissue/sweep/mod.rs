@@ -76,19 +76,22 @@ enum Layout {
 }
 
 impl SpringSweep {
-    /// Lays out a network on the path that suits it, for the best instruction set.
+    /// Lays out a network on the path that suits it, in double precision, for the best instruction set.
     #[must_use]
     pub fn new(network: &SpringNetwork) -> Self {
-        Self::automatic(network, KernelLevel::Best)
+        Self::automatic(network, Precision::Double, KernelLevel::Best)
     }
 
     /// Lays out a network on the path that suits it.
     #[must_use]
-    pub fn automatic(network: &SpringNetwork, level: KernelLevel) -> Self {
+    pub fn automatic(network: &SpringNetwork, precision: Precision, level: KernelLevel) -> Self {
         let (diagonals, rest) = Diagonals::find(&network.springs);
         let regular = diagonals.springs as f64 >= STENCIL_SHARE * network.springs.len() as f64;
         if !regular || network.springs.is_empty() {
-            return Self::with(network, KernelPath::Rows, Precision::Double, level);
+            return Self::with(network, KernelPath::Rows, precision, level);
+        }
+        if precision == Precision::Single {
+            return Self::with(network, KernelPath::Stencil, precision, level);
         }
         let rest = (!rest.is_empty()).then(|| Quads::edges(&rest));
         let stencil = Box::new(Stencil::new(diagonals, network.node_count()));

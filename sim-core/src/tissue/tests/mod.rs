@@ -10,6 +10,7 @@ mod implicit;
 mod order;
 mod pair;
 mod port;
+mod precision;
 mod regulation;
 mod stability;
 mod wave;
