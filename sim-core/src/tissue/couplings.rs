@@ -7,6 +7,7 @@
 //! here: they are projected after the step.
 
 use crate::tissue::constraint::Pairs;
+use crate::tissue::node::Node;
 use crate::tissue::patch_set::{PatchId, PatchSet};
 use crate::tissue::regulation::{Attachments, RegulationMode};
 use crate::tissue::step_matrix::{StepMatrix, add_bar};
@@ -112,14 +113,14 @@ impl<'a> Couplings<'a> {
     }
 
     /// `image += K_c v` with the tangent at the last stretch.
-    pub(crate) fn multiply(&self, v: &[Vec3], image: &mut [Vec3]) {
+    pub(crate) fn multiply(&self, v: &[Node], image: &mut [Node]) {
         for attachments in self.attachments.iter() {
             for attachment in 0..attachments.len() {
                 let patch = attachments.patch(attachment);
                 let mean = self.mean_shift(patch, v);
                 let mut sum = Vec3::zeros();
                 for (node, bond) in attachments.bonds(attachment) {
-                    let f = bond.apply(&(v[node as usize] - mean));
+                    let f = bond.apply(&(v[node as usize].vector() - mean));
                     image[node as usize] += f;
                     sum += f;
                 }
@@ -133,12 +134,12 @@ impl<'a> Couplings<'a> {
         }
     }
 
-    fn mean_shift(&self, patch: PatchId, v: &[Vec3]) -> Vec3 {
+    fn mean_shift(&self, patch: PatchId, v: &[Node]) -> Vec3 {
         let nodes = self.patches.nodes(patch).iter().zip(self.patches.weights(patch));
-        nodes.fold(Vec3::zeros(), |sum, (&node, &w)| sum + v[node as usize] * w)
+        nodes.fold(Vec3::zeros(), |sum, (&node, &w)| sum + v[node as usize].vector() * w)
     }
 
-    fn spread(&self, patch: PatchId, force: Vec3, out: &mut [Vec3]) {
+    fn spread<T: std::ops::AddAssign<Vec3>>(&self, patch: PatchId, force: Vec3, out: &mut [T]) {
         for (&node, &w) in self.patches.nodes(patch).iter().zip(self.patches.weights(patch)) {
             out[node as usize] += force * w;
         }

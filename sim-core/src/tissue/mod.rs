@@ -19,6 +19,7 @@ pub mod load;
 pub mod model;
 pub mod network;
 pub mod newton;
+mod node;
 pub mod paper_explicit;
 pub mod params;
 mod patch_select;

@@ -10,6 +10,7 @@
 
 use crate::tissue::couplings::{Active, Couplings};
 use crate::tissue::network::SpringNetwork;
+use crate::tissue::node::Node;
 use crate::tissue::patch_set::PatchSet;
 use crate::tissue::pcg::Pcg;
 use crate::tissue::step_matrix::StepMatrix;
@@ -135,7 +136,7 @@ impl Newton {
             couplings.add_blocks(&mut self.matrix);
             self.matrix.invert();
             for ((s, y), x) in self.pcg.search.iter_mut().zip(&*position_m).zip(view.start_m) {
-                *s = y - x;
+                *s = Node::from(&(y - x));
             }
             let whole = self.pcg.size_before(&self.matrix, couplings);
             let scale = *first.get_or_insert(whole);
@@ -146,7 +147,7 @@ impl Newton {
             let goal = (linear * linear * whole).max(floor);
             done.linear_iterations += self.pcg.solve(&self.matrix, couplings, goal, view.params.max_linear_iterations);
             for ((y, shift), x) in position_m.iter_mut().zip(&self.pcg.solution).zip(view.start_m) {
-                *y += shift;
+                *y += shift.vector();
                 let way = *y - x;
                 let length = way.norm();
                 if length > view.limit_m {
@@ -165,8 +166,8 @@ impl Newton {
         let nodes = self.matrix.resistance().iter().zip(self.matrix.bound());
         let places = position_m.iter().zip(view.free_m).zip(force_n);
         for ((r, (&d, &bound)), ((y, b), f)) in self.pcg.residual.iter_mut().zip(nodes).zip(places) {
-            *r = if bound > 0.0 { f - (y - b) * d } else { Vec3::zeros() };
-            *r = cap(*r, RESIDUAL_CAP * bound * view.limit_m);
+            let left = if bound > 0.0 { f - (y - b) * d } else { Vec3::zeros() };
+            *r = Node::from(&cap(left, RESIDUAL_CAP * bound * view.limit_m));
         }
     }
 
@@ -200,7 +201,7 @@ pub(crate) fn trial_iterations(network: &SpringNetwork, position_m: &[Vec3], h: 
     newton.matrix.invert();
     let patches = PatchSet::default();
     let couplings = Couplings::new(&patches, None, None);
-    newton.pcg.search[middle] = Vec3::repeat(1.0);
+    newton.pcg.search[middle] = Node::from(&Vec3::repeat(1.0));
     let Newton { matrix, pcg } = &mut newton;
     matrix.multiply(&pcg.search, &mut pcg.residual);
     let goal = params.linear_tolerance * params.linear_tolerance * pcg.size(matrix);

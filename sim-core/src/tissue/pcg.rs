@@ -6,25 +6,26 @@
 //! solves. Deliberately absent: the choice of the goal (`newton`), a restart.
 
 use crate::tissue::couplings::Couplings;
+use crate::tissue::node::Node;
 use crate::tissue::step_matrix::StepMatrix;
-use crate::vector::Vec3;
+use crate::tissue::sweep::dispatch::{Kernel, KernelLevel, Lanes};
 
 /// The vectors of the method.
 #[derive(Clone, Debug)]
 pub(crate) struct Pcg {
     /// Right-hand side on entry, what is left of it on return.
-    pub(crate) residual: Vec<Vec3>,
+    pub(crate) residual: Vec<Node>,
     /// The solution.
-    pub(crate) solution: Vec<Vec3>,
+    pub(crate) solution: Vec<Node>,
     /// Free between solves.
-    pub(crate) search: Vec<Vec3>,
-    preconditioned: Vec<Vec3>,
-    image: Vec<Vec3>,
+    pub(crate) search: Vec<Node>,
+    preconditioned: Vec<Node>,
+    image: Vec<Node>,
 }
 
 impl Pcg {
     pub(crate) fn new(nodes: usize) -> Self {
-        let zeros = || vec![Vec3::zeros(); nodes];
+        let zeros = || vec![Node::default(); nodes];
         Self { residual: zeros(), solution: zeros(), search: zeros(), preconditioned: zeros(), image: zeros() }
     }
 
@@ -32,7 +33,7 @@ impl Pcg {
     /// had started `s` earlier.
     pub(crate) fn size_before(&mut self, matrix: &StepMatrix, couplings: &Couplings<'_>) -> f64 {
         multiply(matrix, couplings, &self.search, &mut self.image);
-        self.image.iter_mut().zip(&self.residual).for_each(|(image, r)| *image += r);
+        self.image.iter_mut().zip(&self.residual).for_each(|(image, r)| *image += r.vector());
         matrix.precondition(&self.image, &mut self.preconditioned)
     }
 
@@ -49,7 +50,8 @@ impl Pcg {
         goal: f64,
         max_iterations: u32,
     ) -> u32 {
-        self.solution.fill(Vec3::zeros());
+        let level = KernelLevel::Best.for_quads();
+        self.solution.fill(Node::default());
         let mut energy = matrix.precondition(&self.residual, &mut self.preconditioned);
         self.search.copy_from_slice(&self.preconditioned);
         for iteration in 0..max_iterations {
@@ -57,33 +59,81 @@ impl Pcg {
                 return iteration;
             }
             multiply(matrix, couplings, &self.search, &mut self.image);
-            let curvature = dot(&self.search, &self.image);
+            let curvature = level.run(Dot { a: &self.search, b: &self.image });
             let step = energy / curvature;
             if curvature <= 0.0 || !step.is_finite() {
                 return iteration;
             }
-            for ((x, r), (p, image)) in
-                self.solution.iter_mut().zip(&mut self.residual).zip(self.search.iter().zip(&self.image))
-            {
-                *x += p * step;
-                *r -= image * step;
-            }
+            level.run(Add { to: &mut self.solution, share: step, of: &self.search });
+            level.run(Add { to: &mut self.residual, share: -step, of: &self.image });
             let next = matrix.precondition(&self.residual, &mut self.preconditioned);
             let keep = next / energy;
             energy = next;
-            for (p, z) in self.search.iter_mut().zip(&self.preconditioned) {
-                *p = z + *p * keep;
-            }
+            level.run(Turn { search: &mut self.search, keep, toward: &self.preconditioned });
         }
         max_iterations
     }
 }
 
-fn multiply(matrix: &StepMatrix, couplings: &Couplings<'_>, v: &[Vec3], image: &mut [Vec3]) {
+fn multiply(matrix: &StepMatrix, couplings: &Couplings<'_>, v: &[Node], image: &mut [Node]) {
     matrix.multiply(v, image);
     couplings.multiply(v, image);
 }
 
-fn dot(a: &[Vec3], b: &[Vec3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
+/// `Σ a · b`.
+struct Dot<'a> {
+    a: &'a [Node],
+    b: &'a [Node],
+}
+
+impl Kernel for Dot<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> f64 {
+        let mut sum = lanes.quad([0.0; 4]);
+        for (a, b) in self.a.iter().zip(self.b) {
+            sum = lanes.mul_add(lanes.quad(a.0), lanes.quad(b.0), sum);
+        }
+        let [x, y, z, _] = lanes.array(sum);
+        x + y + z
+    }
+}
+
+/// `to += share · of`.
+struct Add<'a> {
+    to: &'a mut [Node],
+    share: f64,
+    of: &'a [Node],
+}
+
+impl Kernel for Add<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        let share = lanes.quad([self.share; 4]);
+        for (to, of) in self.to.iter_mut().zip(self.of) {
+            to.0 = lanes.array(lanes.mul_add(lanes.quad(of.0), share, lanes.quad(to.0)));
+        }
+    }
+}
+
+/// `search = toward + keep · search`.
+struct Turn<'a> {
+    search: &'a mut [Node],
+    keep: f64,
+    toward: &'a [Node],
+}
+
+impl Kernel for Turn<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        let keep = lanes.quad([self.keep; 4]);
+        for (p, z) in self.search.iter_mut().zip(self.toward) {
+            p.0 = lanes.array(lanes.mul_add(lanes.quad(p.0), keep, lanes.quad(z.0)));
+        }
+    }
 }

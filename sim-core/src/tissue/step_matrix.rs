@@ -8,6 +8,8 @@
 
 use crate::tissue::force::COINCIDENT_M;
 use crate::tissue::network::SpringNetwork;
+use crate::tissue::node::Node;
+use crate::tissue::sweep::dispatch::{Kernel, KernelLevel, Lanes};
 use crate::vector::Vec3;
 
 /// A symmetric 3 × 3 block: xx, yy, zz, xy, xz, yz.
@@ -24,25 +26,22 @@ pub(crate) fn add_bar(block: &mut Block, n: &Vec3, axial: f64, transverse: f64) 
     block[5] += s * n.y * n.z;
 }
 
-/// Tangent of one spring.
-#[derive(Clone, Copy, Debug, Default)]
-struct Bar {
-    along: Vec3,
-    transverse: f64,
-}
-
 /// Tangent, resistance and preconditioner; all memory is kept.
 #[derive(Clone, Debug)]
 pub(crate) struct StepMatrix {
     /// First spring of each lower node, one more entry than nodes; springs lie in this order.
     start: Vec<u32>,
     upper: Vec<u32>,
-    bars: Vec<Bar>,
+    /// `q` and `t` by spring.
+    along: Vec<Node>,
+    transverse: Vec<f64>,
     /// `D`, newtons per metre; 0 where a node may not move.
     resistance: Vec<f64>,
     /// Most that a node resists with all its neighbours held: `D + Σ k`; 0 where it may not move.
     bound: Vec<f64>,
     blocks: Vec<Block>,
+    /// Columns of the inverse blocks.
+    inverse: Vec<[Node; 3]>,
 }
 
 impl StepMatrix {
@@ -58,10 +57,12 @@ impl StepMatrix {
         Self {
             start,
             upper: network.springs.iter().map(|s| s.b).collect(),
-            bars: vec![Bar::default(); network.springs.len()],
+            along: vec![Node::default(); network.springs.len()],
+            transverse: vec![0.0; network.springs.len()],
             resistance: vec![0.0; nodes],
             bound: vec![0.0; nodes],
             blocks: vec![[0.0; 6]; nodes],
+            inverse: vec![[Node::default(); 3]; nodes],
         }
     }
 
@@ -93,17 +94,18 @@ impl StepMatrix {
             *block = [d, d, d, 0.0, 0.0, 0.0];
         }
         let mut pulls_only = network.pulls_only.iter().peekable();
-        for (index, (bar, s)) in self.bars.iter_mut().zip(&network.springs).enumerate() {
+        let bars = self.along.iter_mut().zip(&mut self.transverse).zip(&network.springs);
+        for (index, ((along, kept), s)) in bars.enumerate() {
             let d = position_m[s.b as usize] - position_m[s.a as usize];
             let length = d.norm().max(COINCIDENT_M);
             if pulls_only.next_if(|&&spring| spring as usize == index).is_some() && length < s.rest_length_m {
-                *bar = Bar::default();
+                (*along, *kept) = (Node::default(), 0.0);
                 continue;
             }
             let g = (1.0 - s.rest_length_m / length).max(0.0);
             let (axial, transverse) = (s.stiffness_n_per_m * (1.0 - g), s.stiffness_n_per_m * g);
-            bar.along = d * (axial.sqrt() / length);
-            bar.transverse = transverse;
+            *along = Node::from(&(d * (axial.sqrt() / length)));
+            *kept = transverse;
             let mut own = [0.0; 6];
             add_bar(&mut own, &(d / length), s.stiffness_n_per_m, transverse);
             for end in [s.a, s.b] {
@@ -117,44 +119,78 @@ impl StepMatrix {
         &mut self.blocks[node as usize]
     }
 
-    /// Inverts the blocks: from here on they are the preconditioner.
+    /// Inverts the blocks: the preconditioner.
     pub(crate) fn invert(&mut self) {
-        for (block, &bound) in self.blocks.iter_mut().zip(&self.bound) {
-            *block = if bound > 0.0 { inverse(block) } else { [0.0; 6] };
+        for ((columns, block), &bound) in self.inverse.iter_mut().zip(&self.blocks).zip(&self.bound) {
+            let [xx, yy, zz, xy, xz, yz] = if bound > 0.0 { inverse(block) } else { [0.0; 6] };
+            *columns = [Node([xx, xy, xz, 0.0]), Node([xy, yy, yz, 0.0]), Node([xz, yz, zz, 0.0])];
         }
     }
 
     /// `image = A v`.
-    pub(crate) fn multiply(&self, v: &[Vec3], image: &mut [Vec3]) {
-        for ((out, v), &d) in image.iter_mut().zip(v).zip(&self.resistance) {
-            *out = v * d;
-        }
-        for (a, ends) in self.start.windows(2).enumerate() {
-            let row = ends[0] as usize..ends[1] as usize;
-            let x = v[a];
-            let mut own = Vec3::zeros();
-            for (&b, bar) in self.upper[row.clone()].iter().zip(&self.bars[row]) {
-                let d = v[b as usize] - x;
-                let f = bar.along * bar.along.dot(&d) + d * bar.transverse;
-                own += f;
-                image[b as usize] += f;
-            }
-            image[a] -= own;
-        }
+    pub(crate) fn multiply(&self, v: &[Node], image: &mut [Node]) {
+        KernelLevel::Best.for_quads().run(Product { matrix: self, v, image });
     }
 
     /// `z = M⁻¹ r` with the inverse blocks; returns `r · z`.
-    pub(crate) fn precondition(&self, r: &[Vec3], z: &mut [Vec3]) -> f64 {
-        let mut sum = 0.0;
-        for ((z, r), b) in z.iter_mut().zip(r).zip(&self.blocks) {
-            *z = Vec3::new(
-                b[0] * r.x + b[3] * r.y + b[4] * r.z,
-                b[3] * r.x + b[1] * r.y + b[5] * r.z,
-                b[4] * r.x + b[5] * r.y + b[2] * r.z,
-            );
-            sum += r.dot(z);
+    pub(crate) fn precondition(&self, r: &[Node], z: &mut [Node]) -> f64 {
+        KernelLevel::Best.for_quads().run(Precondition { inverse: &self.inverse, r, z })
+    }
+}
+
+struct Product<'a> {
+    matrix: &'a StepMatrix,
+    v: &'a [Node],
+    image: &'a mut [Node],
+}
+
+impl Kernel for Product<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        let Self { matrix: StepMatrix { start, upper, along, transverse, resistance, .. }, v, image } = self;
+        for ((out, v), &d) in image.iter_mut().zip(v).zip(resistance) {
+            out.0 = lanes.array(lanes.mul(lanes.quad(v.0), lanes.quad([d; 4])));
         }
-        sum
+        for (a, ends) in start.windows(2).enumerate() {
+            let row = ends[0] as usize..ends[1] as usize;
+            let x = lanes.quad(v[a].0);
+            let mut own = lanes.quad([0.0; 4]);
+            for ((&b, along), &t) in upper[row.clone()].iter().zip(&along[row.clone()]).zip(&transverse[row]) {
+                let (d, along) = (lanes.sub(lanes.quad(v[b as usize].0), x), lanes.quad(along.0));
+                let f = lanes.mul_add(along, lanes.dots(along, d), lanes.mul(d, lanes.quad([t; 4])));
+                own = lanes.add(own, f);
+                let at = &mut image[b as usize].0;
+                *at = lanes.array(lanes.add(lanes.quad(*at), f));
+            }
+            let at = &mut image[a].0;
+            *at = lanes.array(lanes.sub(lanes.quad(*at), own));
+        }
+    }
+}
+
+struct Precondition<'a> {
+    inverse: &'a [[Node; 3]],
+    r: &'a [Node],
+    z: &'a mut [Node],
+}
+
+impl Kernel for Precondition<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> f64 {
+        let mut sum = lanes.quad([0.0; 4]);
+        for ((z, r), [x, y, w]) in self.z.iter_mut().zip(self.r).zip(self.inverse) {
+            let part = lanes.mul(lanes.quad(x.0), lanes.quad([r.0[0]; 4]));
+            let part = lanes.mul_add(lanes.quad(y.0), lanes.quad([r.0[1]; 4]), part);
+            let part = lanes.mul_add(lanes.quad(w.0), lanes.quad([r.0[2]; 4]), part);
+            z.0 = lanes.array(part);
+            sum = lanes.mul_add(part, lanes.quad(r.0), sum);
+        }
+        let [x, y, z, _] = lanes.array(sum);
+        x + y + z
     }
 }
 
@@ -208,11 +244,11 @@ mod tests {
         matrix.resist(&network, &[1.0, 1.0, 1.0, 0.0], 1e6, 1e3);
         matrix.assemble(&network, &network.rest_m);
         let v = [[0.3, -0.2, 0.5], [0.1, 0.7, -0.4], [-0.6, 0.2, 0.1], [0.0; 3]].map(Vec3::from);
-        let mut image = vec![Vec3::zeros(); 4];
-        matrix.multiply(&v, &mut image);
+        let mut image = vec![Node::default(); 4];
+        matrix.multiply(&v.map(|v| Node::from(&v)), &mut image);
         for (node, expected) in dense(&network, &v).iter().enumerate().take(3) {
             // A few products of about 1e3.
-            assert!((image[node] - expected).norm() < 1e-10, "{node}: {} / {expected}", image[node]);
+            assert!((image[node].vector() - expected).norm() < 1e-10, "{node}: {:?} / {expected}", image[node]);
         }
     }
 
@@ -224,11 +260,11 @@ mod tests {
         matrix.assemble(&network, &network.rest_m);
         matrix.invert();
         let v = [[0.0; 3], [0.0; 3], [-0.6, 0.2, 0.1], [0.0; 3]].map(Vec3::from);
-        let image = dense(&network, &v);
-        let mut z = vec![Vec3::repeat(9.0); 4];
+        let image: Vec<Node> = dense(&network, &v).iter().map(Node::from).collect();
+        let mut z = vec![Node([9.0; 4]); 4];
         let energy = matrix.precondition(&image, &mut z);
         // One inverse of a block of about 1e3.
-        assert!((z[2] - v[2]).norm() < 1e-12 && z[0] == Vec3::zeros() && z[3] == Vec3::zeros(), "{z:?}");
-        assert!((energy - image[2].dot(&v[2])).abs() < 1e-9);
+        assert!((z[2].vector() - v[2]).norm() < 1e-12 && z[0] == Node::default() && z[3] == Node::default(), "{z:?}");
+        assert!((energy - image[2].vector().dot(&v[2])).abs() < 1e-9);
     }
 }

@@ -21,13 +21,13 @@ pub enum KernelLevel {
 }
 
 /// `f64` vectors of an instruction set.
-pub(super) type Wide<L> = <<L as Lanes>::Simd as Simd>::f64s;
+pub(in crate::tissue) type Wide<L> = <<L as Lanes>::Simd as Simd>::f64s;
 
 /// `f32` vectors of an instruction set.
-pub(super) type Wide32<L> = <<L as Lanes>::Simd as Simd>::f32s;
+pub(in crate::tissue) type Wide32<L> = <<L as Lanes>::Simd as Simd>::f32s;
 
 /// What a kernel asks of an instruction set.
-pub(super) trait Lanes: Copy {
+pub(in crate::tissue) trait Lanes: Copy {
     /// Vectors of the full width.
     type Simd: Simd;
     /// Four numbers side by side.
@@ -55,6 +55,12 @@ pub(super) trait Lanes: Copy {
     fn array(self, q: Self::Quad) -> [f64; 4];
     /// `a − b`.
     fn sub(self, a: Self::Quad, b: Self::Quad) -> Self::Quad;
+    /// `a + b`.
+    fn add(self, a: Self::Quad, b: Self::Quad) -> Self::Quad;
+    /// `a b`.
+    fn mul(self, a: Self::Quad, b: Self::Quad) -> Self::Quad;
+    /// `Σ a b` over the four, in all lanes.
+    fn dots(self, a: Self::Quad, b: Self::Quad) -> Self::Quad;
     /// `a b + c`.
     fn mul_add(self, a: Self::Quad, b: Self::Quad, c: Self::Quad) -> Self::Quad;
     /// `c − a b`.
@@ -114,7 +120,7 @@ pub(super) trait Lanes: Copy {
 }
 
 /// A computation over [`Lanes`].
-pub(super) trait Kernel {
+pub(in crate::tissue) trait Kernel {
     /// What it returns.
     type Output;
     /// Runs it; to be inlined into the code of the instruction set.
@@ -136,7 +142,7 @@ impl<K: Kernel, L: Lanes> WithSimd for On<K, L> {
 impl KernelLevel {
     /// Runs a kernel on the best instruction set within the limit.
     #[cfg(target_arch = "x86_64")]
-    pub(super) fn run<K: Kernel>(self, kernel: K) -> K::Output {
+    pub(in crate::tissue) fn run<K: Kernel>(self, kernel: K) -> K::Output {
         use super::portable::Exact;
         use pulp::x86::{V3, V4};
         if self == Self::Best
@@ -154,7 +160,7 @@ impl KernelLevel {
 
     /// Runs a kernel on the best instruction set within the limit.
     #[cfg(not(target_arch = "x86_64"))]
-    pub(super) fn run<K: Kernel>(self, kernel: K) -> K::Output {
+    pub(in crate::tissue) fn run<K: Kernel>(self, kernel: K) -> K::Output {
         use super::portable::{AnySimd, Exact};
         match self {
             Self::Portable => kernel.run(Exact(pulp::Scalar::new())),
@@ -163,7 +169,7 @@ impl KernelLevel {
     }
 
     /// The limit for kernels that use no more than 256 bits: compiled for AVX-512 they are slower by a tenth to a quarter.
-    pub(super) fn for_quads(self) -> Self {
+    pub(in crate::tissue) fn for_quads(self) -> Self {
         if self == Self::Portable { Self::Portable } else { Self::Avx2 }
     }
 

@@ -65,6 +65,21 @@ impl<S: Simd> Lanes for Exact<S> {
     }
 
     #[inline(always)]
+    fn add(self, a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+        each(|i| a[i] + b[i])
+    }
+
+    #[inline(always)]
+    fn mul(self, a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+        each(|i| a[i] * b[i])
+    }
+
+    #[inline(always)]
+    fn dots(self, a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+        [(a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]); 4]
+    }
+
+    #[inline(always)]
     fn mul_add(self, a: [f64; 4], b: [f64; 4], c: [f64; 4]) -> [f64; 4] {
         each(|i| a[i] * b[i] + c[i])
     }

@@ -8,17 +8,13 @@
 use super::dispatch::{Kernel, Lanes};
 use crate::tissue::force::COINCIDENT_M;
 use crate::tissue::network::Spring;
+use crate::tissue::node::Node;
 use crate::vector::Vec3;
 
 /// Springs side by side.
 const LANES: usize = 4;
 /// Where the node beyond the last one lies.
 const BEYOND_M: f64 = 1.0e6;
-
-/// A node's four numbers, in one register and never across two cache lines.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(align(32))]
-struct Node([f64; 4]);
 
 /// Four springs: their upper nodes, stiffness (N/m) and `k L` (N).
 #[derive(Clone, Copy, Debug)]
@@ -146,11 +142,10 @@ impl Kernel for QuadSweep<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> f64 {
         let Self { quads: Quads { order, fours, nodes, position, force, .. }, position_m, force_n } = self;
-        let padded = |p: &Vec3| Node([p.x, p.y, p.z, 0.0]);
         match nodes {
-            None => position.iter_mut().zip(position_m).for_each(|(own, p)| *own = padded(p)),
+            None => position.iter_mut().zip(position_m).for_each(|(own, p)| *own = Node::from(p)),
             Some(nodes) => {
-                position.iter_mut().zip(&*nodes).for_each(|(own, &n)| *own = padded(&position_m[n as usize]));
+                position.iter_mut().zip(&*nodes).for_each(|(own, &n)| *own = Node::from(&position_m[n as usize]));
             }
         }
         let least = match order {
@@ -160,11 +155,11 @@ impl Kernel for QuadSweep<'_> {
         };
         match nodes {
             None => {
-                force_n.iter_mut().zip(&*force).for_each(|(f, own)| *f = Vec3::new(own.0[0], own.0[1], own.0[2]));
+                force_n.iter_mut().zip(&*force).for_each(|(f, own)| *f = own.vector());
             }
             Some(nodes) => {
                 for (own, &n) in force.iter().zip(&*nodes) {
-                    force_n[n as usize] += Vec3::new(own.0[0], own.0[1], own.0[2]);
+                    force_n[n as usize] += own.vector();
                 }
             }
         }

@@ -42,6 +42,23 @@ macro_rules! quads {
         }
 
         #[inline(always)]
+        fn add(self, a: f64x4, b: f64x4) -> f64x4 {
+            cast(self.avx._mm256_add_pd(cast(a), cast(b)))
+        }
+
+        #[inline(always)]
+        fn mul(self, a: f64x4, b: f64x4) -> f64x4 {
+            cast(self.avx._mm256_mul_pd(cast(a), cast(b)))
+        }
+
+        #[inline(always)]
+        fn dots(self, a: f64x4, b: f64x4) -> f64x4 {
+            let products = self.avx._mm256_mul_pd(cast(a), cast(b));
+            let halves = self.avx._mm256_hadd_pd(products, products);
+            cast(self.avx._mm256_add_pd(halves, self.avx._mm256_permute2f128_pd::<0x01>(halves, halves)))
+        }
+
+        #[inline(always)]
         fn mul_add(self, a: f64x4, b: f64x4, c: f64x4) -> f64x4 {
             cast(self.fma._mm256_fmadd_pd(cast(a), cast(b), cast(c)))
         }
