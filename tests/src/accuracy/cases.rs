@@ -6,9 +6,13 @@
 
 use super::section::Effort;
 use crate::reference::Driven;
+use haptic_server::cli::choice::SceneChoice;
+use haptic_server::error::ServerError;
+use haptic_server::scene_file;
 use sim_core::scene::build::SceneError;
 use sim_core::scene::config::{SceneConfig, TissueConfig};
 use sim_core::scene::presets;
+use sim_core::scene::procedure::SceneSource;
 use sim_core::scene::step::Scene;
 use sim_core::tissue::network::{NetworkError, Spring, SpringNetwork};
 use sim_core::tissue::patch_set::{PatchId, PatchSet};
@@ -25,8 +29,44 @@ const LOW_DRAG_PER_S: f64 = 100.0;
 /// The stiff case.
 const STIFF_FACTOR: f64 = 100.0;
 
-/// The scenes by name.
-pub(super) const SCENES: [&str; 3] = ["skin", "liver", "vessel"];
+/// A scene that is measured.
+#[derive(Clone, Debug)]
+pub(super) struct Subject {
+    /// Name of the preset, or of the file without folder and ending.
+    pub(super) name: String,
+    source: SceneSource,
+}
+
+impl Subject {
+    /// A preset on the mesh that the effort allows.
+    fn preset(name: &str, effort: Effort) -> Self {
+        Self { name: name.to_owned(), source: SceneSource { config: scene_config(name, effort), mesh: None } }
+    }
+
+    /// The presets.
+    pub(super) fn presets(effort: Effort) -> Vec<Self> {
+        ["skin", "liver", "vessel"].map(|name| Self::preset(name, effort)).into()
+    }
+
+    /// What the command line chose; a file keeps its own mesh.
+    ///
+    /// # Errors
+    /// 66 or 65 for a scene file that cannot be used.
+    pub(super) fn chosen(choice: &SceneChoice, effort: Effort) -> Result<Self, ServerError> {
+        let SceneChoice::File(path) = choice else { return Ok(Self::preset(&choice.to_string(), effort)) };
+        let name = path.file_stem().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned());
+        let subject = Self { name, source: scene_file::load(path)? };
+        match subject.build() {
+            Ok(_) => Ok(subject),
+            Err(error) => Err(ServerError::BadData(format!("{}: {error}", path.display()))),
+        }
+    }
+
+    /// The scene, built.
+    pub(super) fn build(&self) -> Result<Scene, SceneError> {
+        Scene::new(&self.source.config, self.source.mesh.as_ref())
+    }
+}
 
 /// Drag and stiffness of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,7 +115,7 @@ pub(super) enum CaseError {
 /// One case.
 #[derive(Clone, Debug)]
 pub(super) struct Case {
-    pub(super) scene: &'static str,
+    pub(super) scene: String,
     pub(super) regime: Regime,
     pub(super) network: SpringNetwork,
     pub(super) start_m: Vec<Vec3>,
@@ -88,8 +128,13 @@ pub(super) struct Case {
     pub(super) period_s: f64,
 }
 
-/// Left point of the second pair: near the middle of the wound.
+/// The second pair, near the middle of the wound; its left point is pulled. A scene of one pair has that only.
 pub(super) const PULLED_PAIR: usize = 1;
+
+/// Left point of the pair that is pulled.
+pub(super) fn pulled_patch(pairs: usize) -> PatchId {
+    PatchId(2 * PULLED_PAIR.min(pairs.saturating_sub(1)) as u32)
+}
 
 /// The scene of this name on the mesh that the effort allows.
 pub(super) fn scene_config(name: &str, effort: Effort) -> SceneConfig {
@@ -101,8 +146,8 @@ pub(super) fn scene_config(name: &str, effort: Effort) -> SceneConfig {
     if effort == Effort::Quick {
         match &mut config.tissue {
             TissueConfig::Utsm { spacing_mm, .. } => *spacing_mm = 3.0,
-            TissueConfig::Vosm { subdivisions, .. } => *subdivisions = 3,
-            TissueConfig::Ttsm { around, along, layers, .. } => (*around, *along, *layers) = (10, 14, 2),
+            TissueConfig::Vosm { subdivisions, .. } => *subdivisions = 2,
+            TissueConfig::Ttsm { around, along, layers, .. } => (*around, *along, *layers) = (8, 12, 2),
         }
         config.suture.patch_radius_mm *= 1.3;
     }
@@ -111,24 +156,22 @@ pub(super) fn scene_config(name: &str, effort: Effort) -> SceneConfig {
 
 impl Case {
     /// All regimes of a scene.
-    pub(super) fn of_scene(name: &'static str, effort: Effort) -> Result<Vec<Self>, CaseError> {
-        let scene = Scene::new(&scene_config(name, effort), None)?;
+    pub(super) fn of_scene(subject: &Subject) -> Result<Vec<Self>, CaseError> {
+        let scene = subject.build()?;
         let tissue = scene.tissue();
-        // A hundred times stiffer means ten times the steps: a short report does that on one scene only.
-        let wanted = |r: &Regime| effort == Effort::Full || name == "skin" || *r != Regime::Stiff;
         let case = |regime| {
             Ok(Self {
-                scene: name,
+                scene: subject.name.clone(),
                 regime,
                 network: in_regime(&tissue.network, regime)?,
                 start_m: scene.solver().state().position_m.clone(),
                 patches: scene.solver().patches().clone(),
-                patch: PatchId(2 * PULLED_PAIR as u32),
+                patch: pulled_patch(tissue.pairs.len()),
                 direction: tissue.across * 0.6 + tissue.outward * 0.8,
                 period_s: scene.solver().params().period_s,
             })
         };
-        Regime::ALL.into_iter().filter(wanted).map(case).collect()
+        Regime::ALL.into_iter().map(case).collect()
     }
 
     /// Displacement of the pulled patch.
@@ -191,12 +234,10 @@ mod tests {
 
     #[test]
     fn regimes_change_what_their_name_says() {
-        for scene in SCENES {
-            let cases = Case::of_scene(scene, Effort::Quick).expect("the coarse presets build");
+        for subject in Subject::presets(Effort::Quick) {
+            let cases = Case::of_scene(&subject).expect("the coarse presets build");
             let k = |c: &Case| c.network.springs[0].stiffness_n_per_m;
-            if let [_, low, stiff] = &cases[..] {
-                assert!((k(stiff) / k(low) - STIFF_FACTOR).abs() < 1e-12);
-            }
+            assert!((k(&cases[2]) / k(&cases[1]) - STIFF_FACTOR).abs() < 1e-12);
             let rate = cases[1].network.drag_n_s_per_m[0] / cases[1].network.mass_kg[0];
             assert!((rate - LOW_DRAG_PER_S).abs() < 1e-9 && (cases[0].direction.norm() - 1.0).abs() < 1e-9);
         }

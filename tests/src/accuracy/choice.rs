@@ -5,10 +5,10 @@
 //! the same at any length: its least measured cost per step counts for all its points, which takes out most of the scatter of
 //! a busy machine.
 
-use super::cases::{Case, END_S, SAMPLE_S};
+use super::cases::{Case, SAMPLE_S};
 use super::section::{Progress, Row, Section};
-use super::tissue_run::{Extras, run};
-use super::work_precision::Point;
+use super::tissue_run::time;
+use super::work_precision::{Point, point};
 use crate::reference::{Difference, Samples};
 use serde_json::json;
 use sim_core::tissue::choice::{ChoiceParams, choose};
@@ -31,10 +31,8 @@ pub(super) fn measure(case: &Case, truth: &Samples, progress: &Progress<'_>) -> 
     let (newton, params) = (NewtonParams::default(), ChoiceParams::default());
     let choice = choose(&case.network, &case.start_m, case.period_s, &newton, &params);
     let per_sample = (SAMPLE_S / case.period_s).round() as usize * choice.substeps as usize;
-    let run = run(case, choice.integrator, per_sample, &Extras::none(), progress.stop).ok()??;
-    let off = Some(run.samples.against(truth, &case.start_m));
-    let dt_s = SAMPLE_S / per_sample as f64;
-    let point = Point { integrator: choice.integrator, dt_s, run: Some(run), off, note: String::new() };
+    let cost = time(case, choice.integrator, per_sample, progress.stop).ok()??;
+    let point = point(case, truth, &(choice.integrator, per_sample, Ok(cost)), progress)?;
     Some(Chosen { point, substeps: choice.substeps, words: choice.to_string() })
 }
 
@@ -90,7 +88,7 @@ pub(super) fn row(case: &Case, chosen: &Chosen, points: &[Point]) -> Row {
         ("chosen_dt_s", json!(chosen.point.dt_s)),
         ("position_error", json!(off.map(|d| d.position))),
         ("force_error", json!(off.map(|d| d.force))),
-        ("cpu_per_sim", json!(chosen.point.run.as_ref().map(|r| r.cpu_s / END_S))),
+        ("cpu_per_sim", json!(chosen.point.cpu_per_sim())),
         ("cost_over_front_position", json!(position.map(|p| p.0))),
         ("front_integrator_position", json!(position.map(|p| p.1.name()))),
         ("front_dt_s_position", json!(position.map(|p| p.2))),

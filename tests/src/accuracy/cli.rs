@@ -4,13 +4,16 @@
 //! says so; the second ends the program at once. Exit codes follow sysexits; 1 means that something got worse than the
 //! stored report.
 
-use super::document::Report;
+use super::cases::Subject;
+use super::cpu_clock::process_cpu_s;
+use super::document::{Report, Spent};
 use super::head::Head;
 use super::networks;
 use super::parts::{Part, Request, keep_scenes, keys, parts};
 use super::regression;
 use super::section::{Effort, Progress};
 use clap::Parser;
+use haptic_server::cli::choice::SceneChoice;
 use haptic_server::error::ServerError;
 use haptic_server::exit;
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -20,6 +23,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 /// Something got worse than in the stored report.
 const WORSE: u8 = 1;
@@ -34,9 +38,9 @@ struct Arguments {
     /// The whole report in under two minutes on two cores, on coarser meshes; without it under thirty.
     #[arg(long)]
     quick: bool,
-    /// Only these scenes: skin, liver, vessel.
-    #[arg(long, value_name = "SCENE", value_parser = ["skin", "liver", "vessel"])]
-    scene: Vec<String>,
+    /// Only these scenes: skin, liver, vessel or a scene file (FILE.toml, on its own mesh).
+    #[arg(long, value_name = "SCENE")]
+    scene: Vec<SceneChoice>,
     /// Spring networks (spring-network/1 JSON) on which every integrator is measured.
     #[arg(long, value_name = "FILE.json", num_args = 1..)]
     network: Vec<PathBuf>,
@@ -79,9 +83,12 @@ fn run(arguments: &Arguments) -> Result<u8, ServerError> {
         return Err(ServerError::Usage(format!("there is no part {unknown}; the parts are {known}")));
     }
     let stored = arguments.baseline.as_deref().map(regression::read).transpose()?;
+    let effort = if arguments.quick { Effort::Quick } else { Effort::Full };
+    let chosen = arguments.scene.iter().map(|choice| Subject::chosen(choice, effort)).collect::<Result<Vec<_>, _>>()?;
     let request = Request {
-        effort: if arguments.quick { Effort::Quick } else { Effort::Full },
-        scenes: arguments.scene.clone(),
+        effort,
+        kept: chosen.iter().map(|subject| subject.name.clone()).collect(),
+        scenes: if chosen.is_empty() { Subject::presets(effort) } else { chosen },
         networks: arguments.network.iter().map(|path| networks::read(path)).collect::<Result<_, _>>()?,
         only: arguments.only.clone(),
     };
@@ -118,6 +125,7 @@ fn measure(
         head: Head::measure(),
         effort: request.effort,
         sections: Vec::new(),
+        spent: Vec::new(),
         not_measured: parts.iter().flat_map(|p| p.keys).copied().collect(),
         stopped_in: None,
         worse: None,
@@ -133,10 +141,14 @@ fn measure(
             }
         };
         say("begun");
+        // Wall clock: how long the report takes is one of its figures.
+        let (cpu_s, begun) = (process_cpu_s(), Instant::now());
         let sections = measure(request, &Progress { stop, say: &say });
+        let wall_s = begun.elapsed().as_secs_f64();
+        report.spent.push(Spent { part: keys[0], cpu_s: process_cpu_s() - cpu_s, wall_s });
         report.not_measured.retain(|key| !keys.contains(key));
         for mut section in sections {
-            keep_scenes(&mut section, &request.scenes);
+            keep_scenes(&mut section, &request.kept);
             report.sections.push(section);
         }
         if stop.load(Ordering::Relaxed) {
@@ -197,7 +209,8 @@ mod tests {
 
     #[test]
     fn a_report_that_is_stopped_at_once_names_every_part() {
-        let request = Request { effort: Effort::Quick, scenes: vec![], networks: Vec::new(), only: vec![] };
+        let request =
+            Request { effort: Effort::Quick, scenes: vec![], kept: vec![], networks: Vec::new(), only: vec![] };
         let report = measure(&request, &AtomicBool::new(true), |_| Ok(())).expect("no part was begun");
         assert!(report.sections.is_empty() && report.not_measured.len() == keys().len());
         assert!(keys().iter().all(|key| report.to_json()[*key] == serde_json::json!([])));

@@ -1,9 +1,18 @@
-//! Processor time of the calling thread: what other processes of a shared machine take does not count.
+//! Processor time: what other processes of a shared machine take does not count.
 
 use rustix::time::{ClockId, clock_gettime};
 
-/// Processor seconds of this thread so far.
+/// Processor seconds of the calling thread so far.
 pub(super) fn thread_cpu_s() -> f64 {
-    let now = clock_gettime(ClockId::ThreadCPUTime);
+    seconds(ClockId::ThreadCPUTime)
+}
+
+/// Processor seconds of all threads of this process so far.
+pub(super) fn process_cpu_s() -> f64 {
+    seconds(ClockId::ProcessCPUTime)
+}
+
+fn seconds(clock: ClockId) -> f64 {
+    let now = clock_gettime(clock);
     now.tv_sec as f64 + now.tv_nsec as f64 * 1e-9
 }

@@ -11,12 +11,25 @@ use haptic_server::error::ServerError;
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
+/// What one part of the report took.
+#[derive(Clone, Debug)]
+pub(super) struct Spent {
+    /// First key of the part.
+    pub(super) part: &'static str,
+    /// Processor time of all threads, seconds.
+    pub(super) cpu_s: f64,
+    /// By the wall clock, seconds.
+    pub(super) wall_s: f64,
+}
+
 /// All that was measured so far.
 #[derive(Clone, Debug)]
 pub(super) struct Report {
     pub(super) head: Head,
     pub(super) effort: Effort,
     pub(super) sections: Vec<Section>,
+    /// What each part took.
+    pub(super) spent: Vec<Spent>,
     /// Keys of the parts that were not begun.
     pub(super) not_measured: Vec<&'static str>,
     /// Key of the part in which the report was stopped.
@@ -31,6 +44,24 @@ impl Report {
         self.not_measured.is_empty() && self.stopped_in.is_none()
     }
 
+    /// The parts, and what each took.
+    pub(super) fn all_sections(&self) -> impl Iterator<Item = Section> + '_ {
+        let row = |s: &Spent| vec![("part", json!(s.part)), ("cpu_s", json!(s.cpu_s)), ("wall_s", json!(s.wall_s))];
+        let whole = |of: fn(&Spent) -> f64| self.spent.iter().map(of).sum::<f64>();
+        let spent = Section {
+            key: "sections",
+            title: "What this report took".to_owned(),
+            words: vec![format!(
+                "{:.0} s of processor time in {:.0} s, by part. Parts that print times work on one core, the others on two.",
+                whole(|s| s.cpu_s),
+                whole(|s| s.wall_s)
+            )],
+            figures: Vec::new(),
+            rows: self.spent.iter().map(row).collect(),
+        };
+        self.sections.iter().cloned().chain([spent])
+    }
+
     /// The JSON document.
     pub(super) fn to_json(&self) -> Value {
         let mut head = self.head.to_json();
@@ -43,7 +74,7 @@ impl Report {
         for key in &self.not_measured {
             document.insert((*key).into(), json!([]));
         }
-        for section in &self.sections {
+        for section in self.all_sections() {
             let rows = section.rows.iter().map(|row| {
                 Value::Object(row.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect())
             });
@@ -60,8 +91,8 @@ impl Report {
         std::fs::create_dir_all(folder).map_err(|e| writing(folder, &e))?;
         save(folder, "report.html", page::html(self).as_bytes())?;
         save(folder, "report.json", format!("{:#}\n", self.to_json()).as_bytes())?;
-        for section in &self.sections {
-            save(folder, &format!("{}.csv", section.key), &csv(section)?)?;
+        for section in self.all_sections() {
+            save(folder, &format!("{}.csv", section.key), &csv(&section)?)?;
             for figure in &section.figures {
                 save(folder, &format!("{}.svg", figure.name), figure.svg.as_bytes())?;
             }

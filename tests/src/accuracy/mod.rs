@@ -25,6 +25,7 @@ mod rates;
 pub mod refinement;
 mod regression;
 pub mod section;
+mod side_by_side;
 pub mod stability_map;
 pub mod statics;
 mod tissue_run;

@@ -4,11 +4,10 @@
 //! ties the next pair. Errors against the same solver with a step a tenth of the finest shown (semi-implicit): there is no
 //! second program with these constraints, so this is self-convergence, and says so.
 
-use super::cases::{Case, PULLED_PAIR, Regime, SAMPLE_S, scene_config};
-use super::section::{Effort, Progress, Section};
+use super::cases::{Case, PULLED_PAIR, Regime, SAMPLE_S, Subject};
+use super::section::{Progress, Section};
 use super::tissue_run::{Event, Extras, run};
 use super::work_precision::{Point, rows};
-use sim_core::scene::step::Scene;
 use sim_core::tissue::constraint::{PairConstraint, PairSense};
 use sim_core::tissue::integrator::Integrator;
 use sim_core::tissue::patch_set::PatchId;
@@ -54,7 +53,7 @@ fn tie(solver: &TissueSolver, stages: &mut Stages) {
 }
 
 /// The section.
-pub(super) fn measure(effort: Effort, scenes: &[&'static str], progress: &Progress<'_>) -> Section {
+pub(super) fn measure(subjects: &[Subject], progress: &Progress<'_>) -> Section {
     let mut section = Section {
         key: "non_smooth",
         title: "Error against run time when constraints switch".into(),
@@ -67,22 +66,24 @@ pub(super) fn measure(effort: Effort, scenes: &[&'static str], progress: &Progre
         figures: vec![],
         rows: vec![],
     };
-    for scene in scenes {
-        if let Err(why) = measure_scene(scene, effort, progress, &mut section) {
-            section.words.push(format!("{scene}: not measured: {why}."));
+    for subject in subjects {
+        if let Err(why) = measure_scene(subject, progress, &mut section) {
+            section.words.push(format!("{}: not measured: {why}.", subject.name));
         }
     }
     section
 }
 
 fn measure_scene(
-    name: &'static str,
-    effort: Effort,
+    subject: &Subject,
     progress: &Progress<'_>,
     section: &mut Section,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let scene = Scene::new(&scene_config(name, effort), None)?;
-    let cases = Case::of_scene(name, effort)?;
+    let (name, scene) = (&subject.name, subject.build()?);
+    if scene.tissue().pairs.len() < PULLED_PAIR + 2 {
+        return Err("it takes three pairs of suture points".into());
+    }
+    let cases = Case::of_scene(subject)?;
     let case = cases.iter().find(|c| c.regime == Regime::Table2).ok_or("there is no case with the drag of Table 2")?;
     let extras = Extras { stages: scene.stages().clone(), events: &EVENTS };
     (progress.say)(&format!("{name}: switched constraints, the run taken as true"));

@@ -42,12 +42,12 @@ pub(super) fn html(report: &Report) -> String {
     page.push_str("</dl>\n");
     notices(&mut page, report);
     page.push_str("<nav aria-label=\"Contents\"><ol>\n");
-    for section in &report.sections {
+    for section in report.all_sections() {
         let _ = writeln!(page, "<li><a href=\"#{}\">{}</a></li>", escape(section.key), escape(&section.title));
     }
     page.push_str("</ol></nav>\n");
-    for section in &report.sections {
-        write_section(&mut page, section);
+    for section in report.all_sections() {
+        write_section(&mut page, &section);
     }
     page.push_str("</body>\n</html>\n");
     page

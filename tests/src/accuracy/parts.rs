@@ -2,6 +2,7 @@
 //!
 //! One line per part. A part gives one section or several that belong together.
 
+use super::cases::Subject;
 use super::extremes;
 use super::kernels;
 use super::network_file;
@@ -15,8 +16,10 @@ use super::{curves, deviations, refinement, stability_map, validation, wound_fig
 #[derive(Clone, Debug)]
 pub(super) struct Request {
     pub(super) effort: Effort,
-    /// Scenes by name; empty for all.
-    pub(super) scenes: Vec<String>,
+    /// Scenes; the presets when none was asked for.
+    pub(super) scenes: Vec<Subject>,
+    /// Names of the scenes that were asked for; empty for all.
+    pub(super) kept: Vec<String>,
     /// Files of spring networks.
     pub(super) networks: Vec<NetworkFile>,
     /// Keys of the parts that shall be measured; empty for all.

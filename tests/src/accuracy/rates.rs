@@ -5,7 +5,7 @@
 //! systems (the hand's position goes to the tissue, the tissue's last force to the hand). Each is compared with itself at
 //! 5 kHz without delay. Energy: what the device gave the hand over the whole motion, less what it gives at 5 kHz.
 
-use super::cases::{PULLED_PAIR, scene_config};
+use super::cases::{PULLED_PAIR, pulled_patch, scene_config};
 use super::plot::{Axis, Level, Panel, Series, nth_style, panels_svg};
 use super::section::{Effort, Figure, Progress, Row, Section};
 use crate::generators::SplitMix;
@@ -15,7 +15,6 @@ use sim_core::kinematics::integrate::NodeState;
 use sim_core::kinematics::port_tick::{AffinePort, PortRung, tick_held};
 use sim_core::scene::step::Scene;
 use sim_core::tissue::handle::HandleSlot;
-use sim_core::tissue::patch_set::PatchId;
 use sim_core::tissue::port::Port;
 use sim_core::tissue::solver::{Stages, TissueSolver};
 use sim_core::tissue::solver_params::{SolverError, SolverParams, SubstepPolicy};
@@ -162,7 +161,7 @@ fn feel(scene: &Scene, scheme: Scheme, late: Lateness, tick_s: f64) -> Result<Fe
     solver.reassess()?;
     let mut stages = Stages::default();
     // The patch exists and no handle is in use.
-    let _ = solver.grasp(HANDLE, PatchId(2 * PULLED_PAIR as u32));
+    let _ = solver.grasp(HANDLE, pulled_patch(PULLED_PAIR + 1));
     let Some((_, home)) = solver.handle(HANDLE) else { return Ok(Felt { force_n: vec![], energy_j: 0.0 }) };
     let direction = scene.tissue().across * 0.6 + scene.tissue().outward * 0.8;
     let mut node = NodeState { position_m: home, velocity_m_per_s: Vec3::zeros() };

@@ -4,12 +4,13 @@
 //! force on the hand. Refused and diverged runs stay in the table, marked unstable, and in the figures as ×. A ladder ends
 //! where a run would cost more than the effort allows.
 
-use super::cases::{Case, Regime, SAMPLE_S, SCENES};
+use super::cases::{Case, Regime, SAMPLE_S, Subject};
 use super::choice::{self, Chosen};
 use super::non_smooth;
 use super::plot::{Axis, Level, Panel, Series, integrator_style, panels_svg};
 use super::section::{Effort, Figure, Progress, Row, Section};
-use super::tissue_run::{Extras, TissueRun, run};
+use super::side_by_side::dearest_first;
+use super::tissue_run::{Cost, Extras, TissueRun, run, time};
 use super::truth::{self, Judged};
 use crate::reference::{Difference, Samples};
 use serde_json::{Value, json};
@@ -39,7 +40,7 @@ impl Point {
 
     /// Processor time per simulated time.
     pub(super) fn cpu_per_sim(&self) -> Option<f64> {
-        self.run.as_ref().map(|r| r.cpu_s / super::cases::END_S)
+        self.run.as_ref().map(|r| r.cost.cpu_per_sim)
     }
 }
 
@@ -52,16 +53,15 @@ const fn dearest(effort: Effort) -> f64 {
 }
 
 /// All sections of this part.
-pub(super) fn measure(effort: Effort, wanted: &[String], progress: &Progress<'_>) -> Vec<Section> {
-    let scenes = SCENES.into_iter().filter(|s| wanted.is_empty() || wanted.iter().any(|w| w == s));
+pub(super) fn measure(effort: Effort, subjects: &[Subject], progress: &Progress<'_>) -> Vec<Section> {
     let (mut cases, mut refused) = (Vec::new(), Vec::new());
-    for scene in scenes.clone() {
-        match Case::of_scene(scene, effort) {
+    for subject in subjects {
+        match Case::of_scene(subject) {
             Ok(built) => cases.extend(built),
-            Err(error) => refused.push(format!("{scene} could not be built: {error}")),
+            Err(error) => refused.push(format!("{} could not be built: {error}", subject.name)),
         }
     }
-    let judged = truth::judge(cases, effort, progress);
+    let judged = truth::judge(&cases, progress);
     let mut section = Section {
         key: "work_precision",
         title: "Error against run time".into(),
@@ -71,31 +71,26 @@ pub(super) fn measure(effort: Effort, wanted: &[String], progress: &Progress<'_>
     };
     section.words.extend(refused);
     let mut choices = Vec::new();
-    for scene in scenes.clone() {
+    for Subject { name, .. } in subjects {
         let mut panels = Vec::new();
-        for Judged { case, truth, .. } in judged.iter().filter(|j| j.case.scene == scene) {
+        for Judged { case, truth, .. } in judged.iter().filter(|j| j.case.scene == *name) {
             let Some(truth) = truth else { continue };
             let points = ladder(case, truth, effort, progress);
-            section.rows.extend(rows(case.scene, case.regime.name(), &points));
+            section.rows.extend(rows(name, case.regime.name(), &points));
             let chosen = choice::measure(case, truth, progress);
             choices.extend(chosen.as_ref().map(|chosen| choice::row(case, chosen, &points)));
             panels.push((case.regime, points, chosen));
         }
         if !panels.is_empty() {
-            section.figures.push(figure(scene, &panels));
+            section.figures.push(figure(name, &panels));
         }
     }
-    vec![
-        truth::section(&judged),
-        section,
-        choice::section(choices),
-        non_smooth::measure(effort, &scenes.collect::<Vec<_>>(), progress),
-    ]
+    vec![truth::section(&judged), section, choice::section(choices), non_smooth::measure(subjects, progress)]
 }
 
 fn words(effort: Effort) -> Vec<String> {
     let mesh = match effort {
-        Effort::Quick => "coarser meshes than the presets, and k × 100 on skin only",
+        Effort::Quick => "coarser meshes than the presets",
         Effort::Full => "the meshes of the presets",
     };
     vec![
@@ -110,32 +105,58 @@ fn words(effort: Effort) -> Vec<String> {
     ]
 }
 
-/// Runs one integrator after the other down the ladder.
+/// One setting that shall be run: integrator, steps between samples, and what they cost, or why they are refused.
+type Setting = (Integrator, usize, Result<Cost, String>);
+
+/// Times one integrator after the other down the ladder, alone; then finds all errors, side by side.
 fn ladder(case: &Case, truth: &Samples, effort: Effort, progress: &Progress<'_>) -> Vec<Point> {
-    let mut points = Vec::new();
+    let mut settings: Vec<Setting> = Vec::new();
     for integrator in Integrator::ALL {
-        let mut last: Option<(f64, f64)> = None;
+        let mut last: Option<(f64, usize)> = None;
         for per_sample in LADDER {
-            let dt_s = SAMPLE_S / per_sample as f64;
-            let expected = last.map_or(0.0, |(cost, dt)| cost * dt / dt_s);
+            let expected = last.map_or(0.0, |(cost, before)| cost * per_sample as f64 / before as f64);
             if progress.stopped() || expected > dearest(effort) {
                 break;
             }
-            (progress.say)(&format!("{} {} {} at {dt_s:.0e} s", case.scene, case.regime.name(), integrator.name()));
-            match run(case, integrator, per_sample, &Extras::none(), progress.stop) {
-                Ok(Some(run)) => {
-                    last = Some((run.cpu_s / super::cases::END_S, dt_s));
-                    let off = Some(run.samples.against(truth, &case.start_m));
-                    points.push(Point { integrator, dt_s, run: Some(run), off, note: String::new() });
+            (progress.say)(&format!(
+                "{} {} {} at {:.0e} s",
+                case.scene,
+                case.regime.name(),
+                integrator.name(),
+                SAMPLE_S / per_sample as f64
+            ));
+            let cost = match time(case, integrator, per_sample, progress.stop) {
+                Ok(Some(cost)) => {
+                    last = Some((cost.cpu_per_sim, per_sample));
+                    Ok(cost)
                 }
-                Ok(None) => return points,
-                Err(refusal) => {
-                    points.push(Point { integrator, dt_s, run: None, off: None, note: refusal.to_string() });
-                }
-            }
+                Ok(None) => return Vec::new(),
+                Err(refusal) => Err(refusal.to_string()),
+            };
+            settings.push((integrator, per_sample, cost));
         }
     }
-    points
+    let expected = |(_, _, cost): &Setting| cost.as_ref().map_or(0.0, |c| c.cpu_per_sim);
+    dearest_first(&settings, expected, |setting| point(case, truth, setting, progress)).into_iter().flatten().collect()
+}
+
+/// The error of a setting whose cost is known; `None` when stopped.
+pub(super) fn point(case: &Case, truth: &Samples, setting: &Setting, progress: &Progress<'_>) -> Option<Point> {
+    let (integrator, per_sample, cost) = setting;
+    let (integrator, dt_s) = (*integrator, SAMPLE_S / *per_sample as f64);
+    let refused = |note: String| Point { integrator, dt_s, run: None, off: None, note };
+    let cost = match cost {
+        Ok(cost) => cost.clone(),
+        Err(why) => return Some(refused(why.clone())),
+    };
+    match run(case, integrator, *per_sample, &Extras::none(), progress.stop) {
+        Ok(run) => {
+            let run = TissueRun { cost, ..run? };
+            let off = Some(run.samples.against(truth, &case.start_m));
+            Some(Point { integrator, dt_s, run: Some(run), off, note: String::new() })
+        }
+        Err(why) => Some(refused(why.to_string())),
+    }
 }
 
 /// Rows of one case.
@@ -153,8 +174,8 @@ pub(super) fn rows(scene: &str, case: &str, points: &[Point]) -> Vec<Row> {
             .zip(coarser)
             .map(|((c, f), coarser)| (c.position / f.position).ln() / (coarser.dt_s / point.dt_s).ln());
         let run = point.run.as_ref();
-        let percentile = |share| json!(run.and_then(|r| r.step_percentile_ns(share)));
-        let per_step = run.map(|r| r.linear_iterations as f64 / r.step_ns.len().max(1) as f64);
+        let percentile = |share| json!(run.and_then(|r| r.cost.step_percentile_ns(share)));
+        let per_step = run.map(|r| r.linear_iterations as f64 / r.steps.max(1) as f64);
         rows.push(vec![
             ("scene", json!(scene)),
             ("case", json!(case)),
@@ -168,8 +189,8 @@ pub(super) fn rows(scene: &str, case: &str, points: &[Point]) -> Vec<Row> {
             ("step_p50_ns", percentile(0.5)),
             ("step_p99_ns", percentile(0.99)),
             ("step_max_ns", percentile(1.0)),
-            ("periods", json!(run.map(|r| r.periods))),
-            ("deadline_misses", json!(run.map(|r| r.missed))),
+            ("periods", json!(run.map(|r| r.cost.periods))),
+            ("deadline_misses", json!(run.map(|r| r.cost.missed))),
             ("energy_drift", value(|d| d.energy)),
             ("linear_iterations_per_step", json!(per_step)),
             ("observed_order", order.map_or(Value::Null, |o| json!(o))),

@@ -18,6 +18,36 @@ struct Edge {
     rest: f64,
 }
 
+impl Edge {
+    /// From the first end to the second.
+    fn apart(&self, x: &[[f64; 3]]) -> [f64; 3] {
+        let (p, q) = (x[self.a as usize], x[self.b as usize]);
+        [q[0] - p[0], q[1] - p[1], q[2] - p[2]]
+    }
+
+    /// L/ℓ; ends that coincide have no direction and no force.
+    fn share(&self, length: f64) -> f64 {
+        if length > 0.0 { self.rest / length } else { 1.0 }
+    }
+
+    /// Adds the force on both ends; `share` is L/ℓ.
+    fn pull(&self, apart: [f64; 3], share: f64, out: &mut [[f64; 3]]) {
+        let pull = self.stiffness * (1.0 - share);
+        let a = &mut out[self.a as usize];
+        for i in 0..3 {
+            a[i] += pull * apart[i];
+        }
+        let b = &mut out[self.b as usize];
+        for i in 0..3 {
+            b[i] -= pull * apart[i];
+        }
+    }
+}
+
+fn length(d: [f64; 3]) -> f64 {
+    (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt()
+}
+
 /// Tangent of every spring at one set of positions.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct EdgeTangent {
@@ -48,25 +78,23 @@ impl EdgeList {
         self.edges.iter().map(|e| e.stiffness).fold(0.0, f64::max)
     }
 
-    /// Writes the spring forces at positions `x` to `out`.
+    /// Writes the spring forces at positions `x` to `out`. Four springs at a time, so that roots and quotients of
+    /// several are under way together.
     pub(crate) fn forces(&self, x: &[[f64; 3]], out: &mut [[f64; 3]]) {
+        const TOGETHER: usize = 4;
         out.fill([0.0; 3]);
-        for e in &self.edges {
-            let (p, q) = (x[e.a as usize], x[e.b as usize]);
-            let d = [q[0] - p[0], q[1] - p[1], q[2] - p[2]];
-            let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
-            if length == 0.0 {
-                continue;
+        let (fours, rest) = self.edges.as_chunks::<TOGETHER>();
+        for edges in fours {
+            let apart: [[f64; 3]; TOGETHER] = std::array::from_fn(|i| edges[i].apart(x));
+            let length: [f64; TOGETHER] = std::array::from_fn(|i| length(apart[i]));
+            let share: [f64; TOGETHER] = std::array::from_fn(|i| edges[i].share(length[i]));
+            for i in 0..TOGETHER {
+                edges[i].pull(apart[i], share[i], out);
             }
-            let pull = e.stiffness * (1.0 - e.rest / length);
-            let (a, b) = (&mut out[e.a as usize], e.b as usize);
-            for i in 0..3 {
-                a[i] += pull * d[i];
-            }
-            let b = &mut out[b];
-            for i in 0..3 {
-                b[i] -= pull * d[i];
-            }
+        }
+        for e in rest {
+            let apart = e.apart(x);
+            e.pull(apart, e.share(length(apart)), out);
         }
     }
 

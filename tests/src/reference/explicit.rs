@@ -42,7 +42,7 @@ pub fn explicit_step_s(driven: &Driven<'_>, method: ExplicitMethod, ratio: f64) 
 pub fn explicit_run(driven: &Driven<'_>, method: ExplicitMethod, dt_s: f64, stop: &AtomicBool) -> Option<Samples> {
     let per_sample = driven.steps_per_sample(dt_s);
     let dt = driven.sample_s / per_sample as f64;
-    let mut run = Run::new(driven);
+    let mut run = Run::new(driven, dt);
     if method == ExplicitMethod::Verlet {
         run.half_kick(dt);
     }
@@ -72,6 +72,8 @@ struct Run<'a> {
     force: Vec<[f64; 3]>,
     /// (1/m, c/m), zero where a node does not move by its equation.
     rates: Vec<(f64, f64)>,
+    /// What Verlet keeps of a velocity and adds per newton in a step, zero where a node does not move by its equation.
+    kicks: Vec<(f64, f64)>,
     stage_x: Vec<[f64; 3]>,
     stage_v: Vec<[f64; 3]>,
     sum_x: Vec<[f64; 3]>,
@@ -79,14 +81,22 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    fn new(driven: &'a Driven<'a>) -> Self {
+    fn new(driven: &'a Driven<'a>, dt: f64) -> Self {
         let start = driven.start();
         let zero = vec![[0.0; 3]; start.len()];
         let nodes = driven.network.mass_kg.iter().zip(&driven.network.drag_n_s_per_m).zip(driven.moves());
+        let rates: Vec<(f64, f64)> =
+            nodes.map(|((m, c), moves)| if moves { (1.0 / m, c / m) } else { (0.0, 0.0) }).collect();
+        let kick = |&(inverse_mass, drag): &(f64, f64)| {
+            let half = 0.5 * drag * dt;
+            let moves = if inverse_mass > 0.0 { 1.0 } else { 0.0 };
+            (moves * (1.0 - half) / (1.0 + half), dt * inverse_mass / (1.0 + half))
+        };
         Self {
+            kicks: rates.iter().map(kick).collect(),
+            rates,
             driven,
             edges: EdgeList::new(driven.network),
-            rates: nodes.map(|((m, c), moves)| if moves { (1.0 / m, c / m) } else { (0.0, 0.0) }).collect(),
             x: start.clone(),
             v: zero.clone(),
             force: zero.clone(),
@@ -143,15 +153,11 @@ impl<'a> Run<'a> {
     fn leap(&mut self, t: f64, dt: f64) {
         self.edges.forces(&self.x, &mut self.force);
         self.driven.add_loads(&mut self.force);
-        for i in 0..self.x.len() {
-            let (inverse_mass, drag) = self.rates[i];
-            if inverse_mass == 0.0 {
-                continue;
-            }
-            let (keep, gain) = (1.0 - 0.5 * drag * dt, 1.0 / (1.0 + 0.5 * drag * dt));
+        let nodes = self.x.iter_mut().zip(&mut self.v).zip(self.force.iter().zip(&self.kicks));
+        for ((x, v), (force, &(keep, gain))) in nodes {
             for d in 0..3 {
-                self.v[i][d] = (keep * self.v[i][d] + dt * inverse_mass * self.force[i][d]) * gain;
-                self.x[i][d] += dt * self.v[i][d];
+                v[d] = keep * v[d] + gain * force[d];
+                x[d] += dt * v[d];
             }
         }
         self.driven.place(&self.start, t + dt, &mut self.x);

@@ -10,6 +10,7 @@ pub mod rig;
 
 use super::plot::{self, Axis, Panel, Series, nth_style, panels_svg};
 use super::section::{Effort, Figure, Progress, Row, Section};
+use super::side_by_side::side_by_side;
 use rig::{Level, Model, Pace, Pull, pull, specimen};
 use serde_json::json;
 use sim_core::scene::presets;
@@ -29,22 +30,17 @@ pub fn measure(effort: Effort, progress: &Progress<'_>) -> Section {
         Effort::Quick => Pace { levels: 3, periods: 80 },
         Effort::Full => Pace { levels: 10, periods: 200 },
     };
-    let mut curves = Vec::new();
-    for scene in ["skin", "liver", "vessel"] {
-        let Some(config) = presets::by_name(scene) else { continue };
-        for model in Model::ALL {
-            if progress.stopped() {
-                break;
-            }
-            (progress.say)(&format!("{scene}, {}", model.name()));
-            let Some(specimen) = specimen(&config, model) else { continue };
-            for which in [Pull::OnePoint, Pull::Together] {
-                if let Some(levels) = pull(&specimen, model, which, pace) {
-                    curves.push(Curve { scene, model, pull: which, levels });
-                }
-            }
-        }
-    }
+    let wanted: Vec<(&'static str, Model)> =
+        ["skin", "liver", "vessel"].iter().flat_map(|scene| Model::ALL.map(|model| (*scene, model))).collect();
+    let found = side_by_side(&wanted, |&(scene, model)| {
+        let specimen = presets::by_name(scene).filter(|_| !progress.stopped()).and_then(|c| specimen(&c, model));
+        let Some(specimen) = specimen else { return Vec::new() };
+        (progress.say)(&format!("{scene}, {}", model.name()));
+        let pulls = [Pull::OnePoint, Pull::Together].into_iter();
+        let curve = |which| Some(Curve { scene, model, pull: which, levels: pull(&specimen, model, which, pace)? });
+        pulls.filter_map(curve).collect()
+    });
+    let curves: Vec<Curve> = found.into_iter().flatten().collect();
     Section {
         key: "curves",
         title: "Figs. 6 and 7: force, deformation and distance".to_owned(),

@@ -1,9 +1,10 @@
 //! Boundaries of the nets: bisected by runs in dt or m, and what the closed form says.
 
 use super::motion::{NetMotion, Point};
-use super::probe::{bisect, edge_width, edge_windows, grows, side_by_side};
+use super::probe::{bisect, edge_width, edge_windows, grows};
 use super::topology::Topology;
 use crate::accuracy::section::Effort;
+use crate::accuracy::side_by_side::side_by_side;
 use sim_core::kinematics::integrate::{implicit_max_dt_s, implicit_min_mass_kg, literal_max_dt_s, literal_min_mass_kg};
 use sim_core::tissue::integrator::Integrator;
 

@@ -3,11 +3,12 @@
 use super::attachment::{self, Follower};
 use super::boundary::{EXPLICIT, longest_step_s};
 use super::motion::{NetMotion, Point};
-use super::probe::{Verdict, classify, side_by_side};
+use super::probe::{Verdict, classify};
 use super::servo_node::{self, HeldPoint};
 use super::topology::Topology;
 use crate::accuracy::plot::{Axis, HeatMap, MapClass, Marker, Series, Style, heat_map_svg};
 use crate::accuracy::section::{Effort, Figure, Progress};
+use crate::accuracy::side_by_side::side_by_side;
 use sim_core::kinematics::integrate::KinematicsForm;
 use sim_core::tissue::integrator::Integrator;
 use sim_core::tissue::regulation::ProjectedVelocity;

@@ -1,13 +1,13 @@
 //! A net under one integrator, one step at a time, with no limit and no containment in the way: what the maps run.
 //!
-//! Forces by the plain gather, factors by the solver's own integrators. Verlet's half-step velocities obey the same update as
+//! Forces by the solver's own sweep, factors by its integrators. Verlet's half-step velocities obey the same update as
 //! the others: v ← keep·v + gain·F, x ← x + h·v.
 
 use super::probe::{DISTURBANCE, Motion};
 use super::topology::Topology;
-use sim_core::tissue::force::gather;
 use sim_core::tissue::integrator::{Integrator, NodeFactors, advance};
 use sim_core::tissue::network::TissueState;
+use sim_core::tissue::sweep::SpringSweep;
 use sim_core::vector::Vec3;
 
 /// A point of a map over a net: the same mass and drag on every node.
@@ -22,6 +22,7 @@ pub(super) struct Point {
 /// A disturbed net that is stepped.
 pub(super) struct NetMotion<'a> {
     net: &'a Topology,
+    sweep: SpringSweep,
     factors: Vec<NodeFactors>,
     state: TissueState,
     force_n: Vec<Vec3>,
@@ -42,6 +43,7 @@ impl<'a> NetMotion<'a> {
         }
         Self {
             net,
+            sweep: net.sweep.clone(),
             factors: net.network.fixed.iter().map(factor).collect(),
             force_n: vec![Vec3::zeros(); state.position_m.len()],
             state,
@@ -52,7 +54,7 @@ impl<'a> NetMotion<'a> {
 
 impl Motion for NetMotion<'_> {
     fn step(&mut self) {
-        gather(&self.net.network, &self.state.position_m, &mut self.force_n);
+        self.sweep.sweep(&self.state.position_m, &mut self.force_n);
         advance(&self.factors, &self.force_n, &mut self.state, self.dt_s, f64::INFINITY);
     }
 

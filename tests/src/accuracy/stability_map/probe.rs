@@ -7,8 +7,6 @@
 
 use crate::accuracy::section::Effort;
 use sim_core::vector::Vec3;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Something that is stepped.
 pub trait Motion {
@@ -57,28 +55,6 @@ pub fn edge_width(effort: Effort) -> f64 {
         Effort::Quick => 5e-3,
         Effort::Full => 1e-3,
     }
-}
-
-/// Works on the items side by side, on as many threads as the report may use; the order of the results is theirs.
-pub(super) fn side_by_side<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
-    const THREADS: usize = 2;
-    let next = AtomicUsize::new(0);
-    let results: Vec<Mutex<Option<R>>> = items.iter().map(|_| Mutex::new(None)).collect();
-    std::thread::scope(|scope| {
-        for _ in 0..THREADS.min(items.len()) {
-            scope.spawn(|| {
-                while let Some((item, slot)) =
-                    Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|i| Some((items.get(i)?, results.get(i)?)))
-                {
-                    let result = work(item);
-                    if let Ok(mut slot) = slot.lock() {
-                        *slot = Some(result);
-                    }
-                }
-            });
-        }
-    });
-    results.into_iter().filter_map(|slot| slot.into_inner().ok().flatten()).collect()
 }
 
 /// The last two positions, for the parity amplitude.
@@ -231,12 +207,6 @@ mod tests {
         assert_eq!(classify(&mut flip(1.001, 0.5)), Verdict::LimitCycle);
         assert_eq!(classify(&mut flip(1.5, 0.5)), Verdict::LimitCycle);
         assert_eq!(classify(&mut flip(1.5, f64::INFINITY)), Verdict::Overflow);
-    }
-
-    #[test]
-    fn work_side_by_side_keeps_its_order() {
-        let squares = side_by_side(&(0..100).collect::<Vec<u64>>(), |i| i * i);
-        assert_eq!(squares, (0..100).map(|i| i * i).collect::<Vec<u64>>());
     }
 
     #[test]

@@ -16,6 +16,7 @@ use sim_core::tissue::model::{Tissue, TissueError};
 use sim_core::tissue::network::{Spring, SpringFamily, SpringNetwork};
 use sim_core::tissue::params::{DragReading, FamilyFactors, MaterialParams, PatchDepth, WoundParams};
 use sim_core::tissue::stability::{Tangent, lambda_max};
+use sim_core::tissue::sweep::SpringSweep;
 use sim_core::tissue::ttsm::{self, TtsmParams};
 use sim_core::tissue::vosm::{self, HeldRegion, OrganSurface, VosmParams, WoundSite};
 use sim_core::units::{KilogramsPerCubicMetre, Metres, NewtonSecondsPerMetre, NewtonsPerMetre, UnitError};
@@ -28,6 +29,8 @@ pub struct Topology {
     pub name: &'static str,
     /// Nodes and springs; masses and drag are those of the point of a map.
     pub network: SpringNetwork,
+    /// The solver's own sweep over its springs.
+    pub sweep: SpringSweep,
     /// k, newtons per metre.
     pub stiffness_n_per_m: f64,
     /// c of Table 2, newton seconds per metre.
@@ -91,6 +94,7 @@ impl Topology {
         let lambda_n_per_m = lambda_max(&Tangent::at(&network, &network.rest_m));
         Self {
             name,
+            sweep: SpringSweep::new(&network),
             network,
             stiffness_n_per_m: k,
             drag_n_s_per_m: c,

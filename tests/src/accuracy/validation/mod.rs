@@ -22,6 +22,7 @@ pub mod v5_capsule;
 pub mod v6_relaxation;
 
 use super::section::{Effort, Figure, Progress, Row, Section};
+use super::side_by_side::side_by_side;
 use serde_json::{Value, json};
 
 /// How a case ended.
@@ -107,13 +108,15 @@ pub fn measure(effort: Effort, progress: &Progress<'_>) -> Section {
         ("V5 strip of capsule", v5_capsule::measure),
         ("V6 tension over a minute", v6_relaxation::measure),
     ];
-    let mut all = Outcome::default();
-    for (name, run) in cases {
+    let found = side_by_side(&cases, |&(name, run)| {
         if progress.stopped() {
-            break;
+            return Outcome::default();
         }
         (progress.say)(name);
-        let outcome = run(effort);
+        run(effort)
+    });
+    let mut all = Outcome::default();
+    for outcome in found {
         all.findings.extend(outcome.findings);
         all.figures.extend(outcome.figures);
     }
