@@ -9,6 +9,8 @@ use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CapabilitySet, CpuSet, capabilities, sched_setaffinity, set_current_timer_slack};
 use std::fmt;
+use std::fs::{File, OpenOptions};
+use std::io::Write;
 use std::num::NonZeroU64;
 use thread_priority::{
     RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy, set_thread_priority_and_policy,
@@ -21,7 +23,7 @@ pub const SERVO_PRIORITY: u8 = 80;
 const PREFAULT: usize = 256 * 1024;
 /// Locked memory that the process may come to need, bytes: below it, locking what is mapped later would make a later
 /// mapping fail.
-const LOCK_ROOM: u64 = 256 * 1024 * 1024;
+pub const LOCK_ROOM: u64 = 256 * 1024 * 1024;
 /// Size of a page at least, bytes.
 const PAGE: usize = 4096;
 
@@ -129,6 +131,16 @@ pub fn acquire(config: &RealtimeConfig) -> RealtimeRights {
         rtprio_limit: getrlimit(Resource::Rtprio).current,
         memlock_limit,
     }
+}
+
+/// Keeps every processor out of its deep sleeps while the file that is given back stays open; `None` where this user may not.
+///
+/// The kernel takes a 32-bit number of microseconds that a wake-up may cost (PM QoS) and forgets it when the file is closed.
+#[must_use]
+pub fn stay_awake() -> Option<File> {
+    let mut node = OpenOptions::new().write(true).open("/dev/cpu_dma_latency").ok()?;
+    node.write_all(&0_i32.to_ne_bytes()).ok()?;
+    Some(node)
 }
 
 /// Whether the run may go on.

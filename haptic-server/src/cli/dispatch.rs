@@ -7,7 +7,7 @@ use super::{Command, SceneCommand, ServerCli, SolverCli, files, lockstep, parse}
 use crate::error::ServerError;
 use crate::exit;
 use crate::summary::RunSummary;
-use crate::{clean, convert, inspect, logging, servo_process, session, solver_process, supervisor};
+use crate::{clean, convert, devices, doctor, inspect, logging, servo_process, session, solver_process, supervisor};
 use clap::CommandFactory;
 use std::io::Write;
 use std::process::ExitCode;
@@ -55,6 +55,12 @@ fn execute(command: Command) -> Result<(), ServerError> {
         Command::Lockstep(args) => print(&report(&lockstep::run(&args)?, args.json)?),
         Command::Servo => servo_process::run(),
         Command::Scene(SceneCommand::Check { file, json }) => print(&files::scene_check(&file, json.into())?),
+        Command::Doctor(args) => {
+            let (text, code) = doctor::report(&args)?;
+            print(&text)?;
+            if code == exit::OK { Ok(()) } else { Err(ServerError::Reported(code)) }
+        }
+        Command::Devices { json } => print(&devices::run(json.into())?),
         Command::Clean => print(&clean::clean()?),
         Command::Completions { shell } => {
             let mut script = Vec::new();

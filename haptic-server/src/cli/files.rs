@@ -10,7 +10,7 @@ use sim_core::scene::step::Scene;
 use std::path::Path;
 
 /// Loads a scene file with its mesh, builds it, and says what would be simulated.
-pub(super) fn scene_check(file: &Path, format: Format) -> Result<String, ServerError> {
+pub(crate) fn scene_check(file: &Path, format: Format) -> Result<String, ServerError> {
     let source = scene_file::load(file)?;
     let choice = SceneArgs {
         scene: SceneChoice::File(file.to_owned()),

@@ -6,7 +6,7 @@
 
 pub mod choice;
 pub mod dispatch;
-mod files;
+pub(crate) mod files;
 mod lockstep;
 
 use crate::exit;
@@ -66,6 +66,14 @@ pub enum Command {
     /// Scene files.
     #[command(subcommand)]
     Scene(SceneCommand),
+    /// Says whether this machine is ready, and what mends it.
+    Doctor(DoctorArgs),
+    /// Lists the devices that are attached, what drives them, what is missing.
+    Devices {
+        /// One JSON document on stdout.
+        #[arg(long)]
+        json: bool,
+    },
     /// Removes what killed servers left behind.
     Clean,
     /// Prints a completion script.
@@ -238,6 +246,29 @@ pub struct LockstepArgs {
     /// Print one JSON document on stdout and nothing else.
     #[arg(long)]
     pub json: bool,
+}
+
+/// `doctor …`.
+#[derive(Clone, Debug, Args)]
+pub struct DoctorArgs {
+    /// Print one JSON document on stdout and nothing else.
+    #[arg(long)]
+    pub json: bool,
+    /// Measure a timer at 1 kHz for this long and grade the machine.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub latency: Option<f64>,
+    /// Keep every processor busy meanwhile.
+    #[arg(long, requires = "latency")]
+    pub load: bool,
+    /// The OpenHaptics library, if it is not where the vendor's installer puts it.
+    #[arg(long, value_name = "FILE")]
+    pub openhaptics_library: Option<PathBuf>,
+    /// A scene file to check.
+    #[arg(long, value_name = "FILE.toml")]
+    pub scene: Option<PathBuf>,
+    /// A file of servo constants to check.
+    #[arg(long, value_name = "FILE.toml")]
+    pub servo: Option<PathBuf>,
 }
 
 /// The tissue process of the suture-surgery server.

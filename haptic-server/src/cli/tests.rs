@@ -32,6 +32,9 @@ fn the_documented_lines_parse() {
         "inspect a.mcap --json",
         "scene check s.toml --json",
         "clean",
+        "doctor",
+        "doctor --json --latency 2.5 --load --openhaptics-library libHD.so --scene s.toml --servo t.toml",
+        "devices --json",
         "completions bash",
         "session control-paper",
         "session rearm",
@@ -52,6 +55,8 @@ fn a_wrong_line_ends_with_64() {
         "run --scene skin --procedure liver-surgery",
         "lockstep --control maybe",
         "session jump",
+        "doctor --load",
+        "doctor --latency 0",
         "convert only-one",
     ] {
         assert_eq!(server(line).err(), Some(exit::USAGE), "{line:?}");

@@ -19,7 +19,7 @@ use crate::device::DeviceLimits;
 use crate::device::notice::NoticeRing;
 use crate::error::ServerError;
 use crate::flight_record::FlightRecord;
-use crate::realtime::RightsPolicy;
+use crate::realtime::{self, RightsPolicy};
 use crate::record::Recorder;
 use crate::rig::{self, Rig, RigChoice};
 use crate::servo::events::ServoEvent;
@@ -85,6 +85,8 @@ pub fn run() -> Result<(), ServerError> {
     let recorder = recorder.map(|(path, ring)| Recorder::start(path, &spec.origin, run.clone(), ring, links.clone()));
     let recorder = recorder.transpose()?;
     let delivery = Arc::new(Delivery::new(links.clone()));
+    // Until the end of the run.
+    let _awake = realtime::stay_awake();
     let bridge = spawn_bridge(&run, ports, &delivery)?;
     let servo = spawn_servo(&run, device, params, room, policy(&spec))?;
     let mut watch = Watch {

@@ -7,6 +7,7 @@
 pub mod child;
 pub mod guard;
 mod launch;
+pub mod notify;
 pub mod signals;
 
 use crate::cli::RunArgs;
@@ -17,6 +18,7 @@ use crate::summary::RunSummary;
 use child::ChildProcess;
 use guard::{Action, ChildEnd, Event, Guard, Outcome};
 use launch::Plan;
+use notify::Notify;
 use protocol::run::{Environment, RunDir, RunRoot};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use signals::{Signals, take_count};
@@ -49,6 +51,7 @@ struct Supervisor<'a> {
     run: &'a RunDir,
     signals: Signals,
     guard: Guard,
+    notify: Notify,
     began: Instant,
     servo: ChildProcess,
     lines: LineBuffer,
@@ -73,6 +76,7 @@ impl<'a> Supervisor<'a> {
             run,
             signals,
             guard: Guard::new(Duration::ZERO, duration),
+            notify: Notify::of_process(),
             began: Instant::now(),
             servo,
             lines: LineBuffer::default(),
@@ -93,6 +97,7 @@ impl<'a> Supervisor<'a> {
             }
             self.wait_and_handle()?;
         };
+        self.notify.stopping();
         self.end_children(outcome)?;
         self.result(outcome)
     }
@@ -151,9 +156,13 @@ impl<'a> Supervisor<'a> {
             match message {
                 FromServo::Ready => {
                     self.handle(Event::ServoReady);
+                    self.notify.ready();
                     self.start_viewer();
                 }
-                FromServo::Heartbeat { ticks } => self.handle(Event::Heartbeat { ticks }),
+                FromServo::Heartbeat { ticks } => {
+                    self.notify.alive(self.began.elapsed(), ticks);
+                    self.handle(Event::Heartbeat { ticks });
+                }
                 FromServo::Standing(standing) => self.standing = standing,
                 FromServo::Fault { what } => {
                     tracing::error!("servo fault: {what}; remove the cause, then `haptic-server session rearm`");

@@ -33,6 +33,38 @@ pub struct RemovedRun {
     pub shared_memory: Vec<PathBuf>,
 }
 
+/// What [`RunRoot::survey`] found.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Survey {
+    /// Runs whose processes are all gone.
+    pub dead: Vec<PathBuf>,
+    /// Runs that a process uses.
+    pub in_use: Vec<PathBuf>,
+    /// Folders that could not be looked into, with the reason.
+    pub unclear: Vec<(PathBuf, String)>,
+}
+
+/// What [`clean`] would do, without doing it.
+pub(super) fn survey(root: &RunRoot) -> Result<Survey, RunError> {
+    let mut survey = Survey::default();
+    for (name, path) in entries(root.path())? {
+        if run_id_of(&name).is_none() {
+            continue;
+        }
+        match is_in_use(&path) {
+            Ok(true) => survey.in_use.push(path),
+            Ok(false) => survey.dead.push(path),
+            Err(error) => survey.unclear.push((path, error.to_string())),
+        }
+    }
+    Ok(survey)
+}
+
+fn is_in_use(path: &Path) -> Result<bool, RunError> {
+    let Some(file) = PrivateDir::open(path)?.existing_lock_file(ALIVE)? else { return Ok(false) };
+    Ok(try_lock(&file, path, FlockOperation::NonBlockingLockExclusive)? == Lock::Taken)
+}
+
 pub(super) fn clean(root: &RunRoot) -> Result<Cleaned, RunError> {
     let mut cleaned = Cleaned::default();
     for (name, path) in entries(root.path())? {

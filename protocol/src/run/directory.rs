@@ -6,7 +6,7 @@
 //! processes into groups that do not see each other.
 
 use super::private::{Lock, PrivateDir, check_parent, try_lock};
-use super::{ActiveRun, Cleaned, RunError, clean};
+use super::{ActiveRun, Cleaned, RunError, Survey, clean};
 use crate::names::{ROOT_DIRECTORY, run_id_of, run_prefix};
 use crate::wire::WIRE_VERSION;
 use rustix::fs::FlockOperation;
@@ -73,6 +73,18 @@ impl RunRoot {
         Ok(Self { dir, shared_memory_dir: environment.shared_memory_dir.clone() })
     }
 
+    /// Finds and checks the root; `None` when there is none yet. Nothing is created.
+    ///
+    /// # Errors
+    /// When the place belongs to somebody else or is open to others.
+    pub fn existing(environment: &Environment) -> Result<Option<Self>, RunError> {
+        match PrivateDir::open(&environment.root_path()?) {
+            Ok(dir) => Ok(Some(Self { dir, shared_memory_dir: environment.shared_memory_dir.clone() })),
+            Err(RunError::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
     /// Its path.
     #[must_use]
     pub fn path(&self) -> &Path {
@@ -110,6 +122,14 @@ impl RunRoot {
     /// When the root cannot be read; a run that cannot be removed is in the answer.
     pub fn clean(&self) -> Result<Cleaned, RunError> {
         clean::clean(self)
+    }
+
+    /// Which runs are in use and which are dead; nothing is removed.
+    ///
+    /// # Errors
+    /// When the root cannot be read.
+    pub fn survey(&self) -> Result<Survey, RunError> {
+        clean::survey(self)
     }
 }
 

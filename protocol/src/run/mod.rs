@@ -20,7 +20,7 @@ mod directory;
 mod private;
 
 pub use active::ActiveRun;
-pub use clean::{Cleaned, RemovedRun};
+pub use clean::{Cleaned, RemovedRun, Survey};
 pub use directory::{Environment, RunDir, RunRoot};
 
 use std::path::{Path, PathBuf};

@@ -5,13 +5,9 @@
 //! gives one JSON object, several give a list of such objects. Exit codes follow sysexits; a code of the server is handed on.
 //! Deliberately absent: any limit that fails. The harness reports and grades, it does not judge code.
 
-mod baseline;
-mod grade;
 mod report;
 mod run;
 
-pub use baseline::Baseline;
-pub use grade::{Grade, grade};
 pub use report::TraceReport;
 
 use clap::Parser;

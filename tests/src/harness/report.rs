@@ -1,7 +1,7 @@
 //! What one replayed trace showed, for a person and as JSON. The field names are keys that scripts rely on: add, don't
 //! rename. Durations in nanoseconds; what was never measured is null.
 
-use super::grade::Grade;
+use haptic_server::latency::Grade;
 use haptic_server::summary::Percentiles;
 use serde::Serialize;
 use std::fmt;

@@ -1,10 +1,9 @@
 //! One trace through the live server: starts `haptic-server run --device replay:TRACE --json`, lets the baseline sleep
 //! beside it, and reads the server's summary.
 
-use super::baseline::Baseline;
-use super::grade::{grade, success_rate};
 use super::report::TraceReport;
 use haptic_server::exit;
+use haptic_server::latency::{Baseline, grade, success_rate};
 use haptic_server::summary::RunSummary;
 use std::ffi::OsString;
 use std::fmt;

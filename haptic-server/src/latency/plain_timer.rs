@@ -3,9 +3,9 @@
 //! Absolute sleep on `CLOCK_MONOTONIC` by the servo's own schedule and with the rights that the servo asks for: late periods
 //! are skipped and counted, never caught up in a burst. Nanoseconds. Deliberately absent: any work in the tick.
 
-use haptic_server::realtime::{RealtimeConfig, acquire};
-use haptic_server::servo::clock::Schedule;
-use haptic_server::summary::Percentiles;
+use crate::realtime::{RealtimeConfig, acquire};
+use crate::servo::clock::Schedule;
+use crate::summary::Percentiles;
 use hdrhistogram::Histogram;
 use rustix::thread::{ClockId, Timespec, clock_nanosleep_absolute};
 use rustix::time::clock_gettime;

@@ -10,7 +10,7 @@
 //! The first column are the limits that LinuxCNC gives for its latency test, the second those of libfranka's communication
 //! test. Beside the grade stands whose it is: when the plain timer of the same run woke as late, the machine is the limit.
 
-use haptic_server::summary::Percentiles;
+use crate::summary::Percentiles;
 use std::fmt;
 
 /// Fitness for a real device at 1 kHz.
@@ -43,7 +43,7 @@ const MACHINE_SHARE: f64 = 0.5;
 
 /// Share of ticks that were not missed; 1 when there were none at all.
 #[must_use]
-pub(super) fn success_rate(ticks: u64, missed: u64) -> f64 {
+pub fn success_rate(ticks: u64, missed: u64) -> f64 {
     if ticks + missed == 0 { 1.0 } else { ticks as f64 / (ticks + missed) as f64 }
 }
 
