@@ -4,6 +4,7 @@ use super::config::{
     DragReading as DragChoice, IntegratorReading, MaterialConfig, PrecisionReading, SceneConfig, TissueConfig,
 };
 use super::plan::in_range;
+use super::sleep::sleep_params;
 use crate::kinematics::literal_tick::MAX_SUBSTEPS;
 use crate::suture_line::line::SutureLineError;
 use crate::tissue::choice::ChoiceParams;
@@ -248,6 +249,7 @@ pub fn solver_params(config: &SceneConfig) -> Result<SolverParams, SceneError> {
             .then(|| ChoiceParams { max_substeps: s.max_substeps, ..ChoiceParams::default() }),
         substeps: SubstepPolicy::Automatic { max: s.max_substeps },
         port: PortParams { rings: rings as u32, ..defaults.port },
+        sleep: sleep_params(s)?,
         ..defaults
     })
 }

@@ -8,6 +8,7 @@ pub mod line_course;
 pub mod plan;
 pub mod presets;
 pub mod procedure;
+pub mod sleep;
 mod stages;
 pub mod step;
 pub mod stitching;

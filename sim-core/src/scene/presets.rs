@@ -14,6 +14,7 @@ use super::config::{
     IntegratorReading, KinematicsReading, LineConfig, MaterialConfig, PrecisionReading, SceneConfig, SolverConfig,
     SpringLawReading, SutureConfig, TissueConfig, VelocityReading, WoundConfig,
 };
+use super::sleep::SleepReading;
 
 /// One row of Table 2.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -170,5 +171,7 @@ fn solver() -> SolverConfig {
         precision: PrecisionReading::Double,
         max_substeps: 64,
         port_rings: 4,
+        sleep: SleepReading::default(),
+        sleep_tolerance_nm: None,
     }
 }

@@ -26,6 +26,7 @@ use super::config::SceneConfig;
 use super::grip::{Grip, Grips};
 use super::line_course::{CourseInput, LineCourse};
 use super::plan::{ScenePlan, in_range};
+use super::sleep::require_sleep;
 use super::stages::{PairFacts, pair_facts, patch_set, push_contacts, read_springs, require_literal_steps, stages};
 use super::stitching::{Stitching, left_patch, right_patch};
 use super::suturing::{HandInput, PairPlace, Side, Suturing, SuturingEvent};
@@ -79,6 +80,7 @@ impl Scene {
         let settling = require_rest(settle(&tissue.network, None, &mut settled.position_m, &SettleParams::default()))?;
         solver.reset(&settled)?;
         solver.reassess()?;
+        require_sleep(&config.solver, &solver)?;
         let closed_gap_m =
             in_range("suture.closed_gap_mm", config.suture.closed_gap_mm, 0.0, 100.0, "0 to 100")? * 1e-3;
         let capture_m =

@@ -1,5 +1,7 @@
 //! The scenes as a whole: they load, stand still until touched, take a stitch, and come back on restore.
 
+mod rest;
+
 use super::build::SceneError;
 use super::presets;
 use super::procedure::{Procedure, ProcedureStanding, SceneSource, SessionRequest};

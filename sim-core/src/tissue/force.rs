@@ -30,7 +30,7 @@ pub fn gather(network: &SpringNetwork, position_m: &[Vec3], force_n: &mut [Vec3]
 
 /// Spring force on one node and the number of its springs whose ends coincide.
 #[inline]
-fn row_force(edges: &HalfEdges, node: usize, position_m: &[Vec3]) -> (Vec3, u32) {
+pub(crate) fn row_force(edges: &HalfEdges, node: usize, position_m: &[Vec3]) -> (Vec3, u32) {
     let row = edges.row(node);
     let x = position_m[node];
     let (neighbours, stiffness, rest) =

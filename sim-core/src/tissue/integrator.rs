@@ -67,6 +67,12 @@ impl Integrator {
         matches!(self, Self::Bdf2 | Self::Xpbd)
     }
 
+    /// Whether nodes at rest may be left out of its steps: the two that are meant for use and solve nothing globally.
+    #[must_use]
+    pub const fn lets_nodes_sleep(self) -> bool {
+        matches!(self, Self::SemiImplicit | Self::Verlet)
+    }
+
     /// Length of the implicit Euler step that resists as a step of `h` seconds does: `h/a₀`, `a₀` the leading
     /// coefficient of the difference quotient.
     #[must_use]
@@ -94,28 +100,40 @@ pub fn advance(
     limit_m: f64,
 ) -> AdvanceCounts {
     let mut counts = AdvanceCounts::default();
-    let limit_squared = limit_m * limit_m;
     let nodes = state.position_m.iter_mut().zip(&mut state.velocity_m_per_s).zip(factors).zip(force_n);
     for (((x, v), f), force) in nodes {
-        let mut velocity = *v * f.keep + force * f.gain_s_per_kg;
-        let mut shift = velocity * h;
-        let squared = shift.norm_squared();
-        if squared > limit_squared {
-            let scale = limit_m / squared.sqrt();
-            shift *= scale;
-            velocity *= scale;
-            counts.saturated += 1;
-        }
-        let moved = *x + shift;
-        if is_finite(&moved) && is_finite(&velocity) {
-            *x = moved;
-            *v = velocity;
-        } else {
-            *v = Vec3::zeros();
-            counts.contained += 1;
-        }
+        advance_node((x, v), f, force, h, limit_m, &mut counts);
     }
     counts
+}
+
+/// The same for one node.
+#[inline(always)]
+pub(crate) fn advance_node(
+    (x, v): (&mut Vec3, &mut Vec3),
+    factors: &NodeFactors,
+    force_n: &Vec3,
+    h: f64,
+    limit_m: f64,
+    counts: &mut AdvanceCounts,
+) {
+    let mut velocity = *v * factors.keep + force_n * factors.gain_s_per_kg;
+    let mut shift = velocity * h;
+    let squared = shift.norm_squared();
+    if squared > limit_m * limit_m {
+        let scale = limit_m / squared.sqrt();
+        shift *= scale;
+        velocity *= scale;
+        counts.saturated += 1;
+    }
+    let moved = *x + shift;
+    if is_finite(&moved) && is_finite(&velocity) {
+        *x = moved;
+        *v = velocity;
+    } else {
+        *v = Vec3::zeros();
+        counts.contained += 1;
+    }
 }
 
 #[cfg(test)]

@@ -31,6 +31,7 @@ pub mod regulation;
 mod scheme;
 pub mod semi_implicit;
 pub mod settle;
+pub mod sleep;
 mod slit_path;
 pub mod solver;
 pub mod solver_params;

@@ -17,6 +17,7 @@ use crate::tissue::patch_set::{PatchId, PatchSet};
 use crate::tissue::port::{Port, PortSolver, PortView};
 use crate::tissue::regulation::Attachments;
 use crate::tissue::scheme::Scheme;
+use crate::tissue::sleep::Sleep;
 use crate::tissue::solver_params::{self, SolverError, SolverParams};
 use crate::tissue::stability::Stability;
 use crate::tissue::sweep::dispatch::KernelLevel;
@@ -55,6 +56,8 @@ pub struct StepReport {
     pub handles_cut: u32,
     /// Values that were not finite and were replaced by the last good ones.
     pub contained: u32,
+    /// Nodes that were worked on in the last sub-step; all of them where none may sleep.
+    pub awake_nodes: u32,
     /// Iterations of the linear solver; 0 for integrators that solve nothing.
     pub linear_iterations: u32,
 }
@@ -78,6 +81,7 @@ pub struct TissueSolver {
     handles: [Option<Handle>; MAX_HANDLES],
     ports: [PortSolver; MAX_HANDLES],
     scheme: Scheme,
+    sleep: Option<Sleep>,
 }
 
 impl TissueSolver {
@@ -106,6 +110,7 @@ impl TissueSolver {
             ports: std::array::from_fn(|_| PortSolver::new(count)),
             springs: SpringSweep::automatic(&network, params.sweep_precision(), KernelLevel::Best),
             scheme: Scheme::new(params.integrator, &network),
+            sleep: sleep_of(&network, &params),
             network,
             patches,
             params,
@@ -169,6 +174,12 @@ impl TissueSolver {
         self.spacing_m
     }
 
+    /// Nodes that move; `None` where none may sleep: not asked for, or an integrator that solves for all at once.
+    #[must_use]
+    pub fn awake_nodes(&self) -> Option<usize> {
+        self.sleep.as_ref().map(Sleep::awake_nodes)
+    }
+
     /// Sets the state and lets go of all handles.
     ///
     /// # Errors
@@ -177,6 +188,7 @@ impl TissueSolver {
         solver_params::check_state(state, self.network.node_count())?;
         self.state.clone_from(state);
         self.handles = std::array::from_fn(|_| None);
+        self.sleep.iter_mut().for_each(Sleep::wake_all);
         self.refresh_mobility();
         Ok(())
     }
@@ -191,8 +203,10 @@ impl TissueSolver {
         if params.integrator != self.params.integrator {
             self.scheme = Scheme::new(params.integrator, &self.network);
             self.springs = SpringSweep::automatic(&self.network, params.sweep_precision(), self.springs.level());
+            self.sleep = sleep_of(&self.network, &params);
         }
         (self.params, self.choice) = (params, choice);
+        self.sleep.iter_mut().for_each(Sleep::wake_all);
         self.refresh_mobility();
         Ok(())
     }
@@ -217,14 +231,15 @@ impl TissueSolver {
         let center = handle.position_m;
         handle.place(&self.patches, &mut self.state, center, Vec3::zeros());
         self.handles[slot.0] = Some(handle);
+        self.sleep.iter_mut().for_each(|sleep| sleep.touch_patch(&self.patches, patch));
         self.refresh_mobility();
         Ok(())
     }
 
     /// Lets go of a patch; its nodes move freely again, with the velocity of the handle.
     pub fn release(&mut self, slot: HandleSlot) {
-        if self.handles.get(slot.0).is_some_and(Option::is_some) {
-            self.handles[slot.0] = None;
+        if let Some(handle) = self.handles.get_mut(slot.0).and_then(Option::take) {
+            self.sleep.iter_mut().for_each(|sleep| sleep.touch_patch(&self.patches, handle.patch));
             self.refresh_mobility();
         }
     }
@@ -251,6 +266,7 @@ impl TissueSolver {
         for &node in self.patches.nodes(patch) {
             self.state.position_m[node as usize] += shift_m;
         }
+        self.sleep.iter_mut().for_each(|sleep| sleep.touch_patch(&self.patches, patch));
         self.scheme.forget();
     }
 
@@ -296,4 +312,9 @@ impl TissueSolver {
         self.ports.iter_mut().for_each(PortSolver::forget);
         self.scheme.restart(&self.network, &self.mobility_m_per_n, h);
     }
+}
+
+fn sleep_of(network: &SpringNetwork, params: &SolverParams) -> Option<Sleep> {
+    let wanted = params.sleep.filter(|_| params.integrator.lets_nodes_sleep());
+    wanted.map(|sleep| Sleep::new(network, &sleep))
 }

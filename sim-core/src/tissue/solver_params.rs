@@ -10,6 +10,7 @@ use crate::tissue::integrator::Integrator;
 use crate::tissue::network::{SpringFamily, SpringNetwork, TissueState};
 use crate::tissue::newton::NewtonParams;
 use crate::tissue::port::PortParams;
+use crate::tissue::sleep::params::SleepParams;
 use crate::tissue::stability::{
     Stability, SubstepReason, TARGET_NUMBER, Tangent, fewest_substeps, lambda_max, stability_number,
 };
@@ -58,6 +59,8 @@ pub struct SolverParams {
     pub xpbd_iterations: u32,
     /// The ports of the handles.
     pub port: PortParams,
+    /// Nodes at rest are left out of the steps, where the integrator can; `None` never leaves one out.
+    pub sleep: Option<SleepParams>,
 }
 
 impl SolverParams {
@@ -75,6 +78,7 @@ impl SolverParams {
             newton: NewtonParams::default(),
             xpbd_iterations: 1,
             port: PortParams::default(),
+            sleep: None,
         }
     }
 
@@ -102,7 +106,8 @@ impl SolverParams {
             ("tolerance of Newton's method", self.newton.tolerance),
             ("tolerance of the linear solve", self.newton.linear_tolerance),
         ];
-        if let Some(&(what, value)) = positive.iter().find(|(_, v)| !(v.is_finite() && *v > 0.0)) {
+        let sleep = self.sleep.map(|s| ("tolerance of sleeping nodes", s.tolerance_m));
+        if let Some(&(what, value)) = positive.iter().chain(&sleep).find(|(_, v)| !(v.is_finite() && *v > 0.0)) {
             return Err(SolverError::Value { what, value });
         }
         if !(p.minimum_stiffness_n_per_m.is_finite() && p.minimum_stiffness_n_per_m >= 0.0) {

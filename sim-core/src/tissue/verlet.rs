@@ -10,6 +10,7 @@
 use crate::tissue::integrator::{AdvanceCounts, NodeFactors, advance};
 use crate::tissue::network::{SpringNetwork, TissueState};
 use crate::tissue::scheme::History;
+use crate::tissue::sleep::Sleep;
 use crate::vector::Vec3;
 
 /// Factors of one node for a whole kick of `h` seconds.
@@ -67,9 +68,12 @@ impl Staggered {
         }
     }
 
-    /// Keeps the velocities before the last sub-step of a period.
-    pub(crate) fn remember(&mut self, velocity_m_per_s: &[Vec3]) {
-        self.before_m_per_s.copy_from_slice(velocity_m_per_s);
+    /// Keeps the velocities before the last sub-step of a period; `resting` says which nodes are awake, `None` all.
+    pub(crate) fn remember(&mut self, velocity_m_per_s: &[Vec3], resting: Option<&Sleep>) {
+        match resting {
+            None => self.before_m_per_s.copy_from_slice(velocity_m_per_s),
+            Some(sleep) => sleep.awake().for_each(|node| self.before_m_per_s[node] = velocity_m_per_s[node]),
+        }
     }
 
     /// One sub-step; the first one of a history is half a kick and a whole way.
@@ -78,25 +82,42 @@ impl Staggered {
         factors: &[NodeFactors],
         force_n: &[Vec3],
         state: &mut TissueState,
-        h: f64,
-        limit_m: f64,
+        (h, limit_m): (f64, f64),
+        resting: Option<&Sleep>,
     ) -> AdvanceCounts {
         let first = self.history == History::Fresh;
         self.history = History::Running;
         self.weights = if first { (2.0, -1.0) } else { (1.5, -0.5) };
-        advance(if first { &self.half } else { factors }, force_n, state, h, limit_m)
+        let factors = if first { &self.half } else { factors };
+        match resting {
+            None => advance(factors, force_n, state, h, limit_m),
+            Some(sleep) => sleep.advance(factors, force_n, state, h, limit_m),
+        }
     }
 
     /// Keeps the velocities of the half step and gives the state those of the full step. Held nodes have that of
     /// their handle.
-    pub(crate) fn close(&mut self, factors: &[NodeFactors], state: &mut TissueState) {
-        self.velocity_m_per_s.copy_from_slice(&state.velocity_m_per_s);
+    pub(crate) fn close(&mut self, factors: &[NodeFactors], state: &mut TissueState, resting: Option<&Sleep>) {
         let (now, earlier) = self.weights;
-        let kept = self.velocity_m_per_s.iter().zip(&self.before_m_per_s).zip(factors);
-        for (v, ((last, before), f)) in state.velocity_m_per_s.iter_mut().zip(kept) {
+        let close_node = |last: &mut Vec3, v: &mut Vec3, before: &Vec3, f: &NodeFactors| {
+            *last = *v;
             if f.gain_s_per_kg > 0.0 {
-                *v = last * now + before * earlier;
+                *v = *last * now + before * earlier;
             }
+        };
+        let (last, v) = (&mut self.velocity_m_per_s, &mut state.velocity_m_per_s);
+        if let Some(sleep) = resting {
+            sleep.awake().for_each(|n| close_node(&mut last[n], &mut v[n], &self.before_m_per_s[n], &factors[n]));
+            return;
         }
+        for (((last, v), before), f) in last.iter_mut().zip(v).zip(&self.before_m_per_s).zip(factors) {
+            close_node(last, v, before, f);
+        }
+    }
+
+    /// A node has come to rest.
+    pub(crate) fn still(&mut self, node: usize) {
+        self.velocity_m_per_s[node] = Vec3::zeros();
+        self.before_m_per_s[node] = Vec3::zeros();
     }
 }

@@ -4,6 +4,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::scene::sleep::SleepReading;
+
 /// Time stepping.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -20,6 +22,12 @@ pub struct SolverConfig {
     pub max_substeps: u32,
     /// Rings of nodes around a handle that enter its port stiffness.
     pub port_rings: u32,
+    /// Whether nodes at rest are left out of the steps.
+    #[serde(default)]
+    pub sleep: SleepReading,
+    /// How far a node at rest may be from where its springs want it, nanometres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sleep_tolerance_nm: Option<f64>,
 }
 
 /// Precision by name.

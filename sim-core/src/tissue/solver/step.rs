@@ -13,8 +13,9 @@ use crate::tissue::integrator::{AdvanceCounts, advance};
 use crate::tissue::link_solve::{Correction, StepView};
 use crate::tissue::network::TissueState;
 use crate::tissue::patch_set::PatchId;
-use crate::tissue::regulation::RegulationMode;
+use crate::tissue::regulation::{Attachments, RegulationMode};
 use crate::tissue::scheme::Scheme;
+use crate::tissue::sleep::Sleep;
 use crate::vector::Vec3;
 
 /// Where a handle's period begins and where it ends.
@@ -44,15 +45,20 @@ impl TissueSolver {
             let counts = match self.scheme {
                 Scheme::Explicit => {
                     self.gather(stages, &mut report);
-                    advance(&self.factors, &self.force_n, &mut self.state, h, limit_m)
+                    let Self { factors, force_n, state, sleep, .. } = self;
+                    match resting(sleep.as_ref()) {
+                        None => advance(factors, force_n, state, h, limit_m),
+                        Some(sleep) => sleep.advance(factors, force_n, state, h, limit_m),
+                    }
                 }
                 Scheme::Verlet(_) => {
                     self.gather(stages, &mut report);
-                    let Self { scheme: Scheme::Verlet(staggered), .. } = self else { continue };
+                    let Self { scheme: Scheme::Verlet(staggered), sleep, .. } = self else { continue };
+                    let resting = resting(sleep.as_ref());
                     if substep == substeps {
-                        staggered.remember(&self.state.velocity_m_per_s);
+                        staggered.remember(&self.state.velocity_m_per_s, resting);
                     }
-                    staggered.advance(&self.factors, &self.force_n, &mut self.state, h, limit_m)
+                    staggered.advance(&self.factors, &self.force_n, &mut self.state, (h, limit_m), resting)
                 }
                 Scheme::Xpbd(_) => self.project_springs(stages, h, limit_m, &ways, fraction),
                 Scheme::Bdf2(_) => {
@@ -69,15 +75,35 @@ impl TissueSolver {
             }
         }
         if let Scheme::Verlet(staggered) = &mut self.scheme {
-            staggered.close(&self.factors, &mut self.state);
+            staggered.close(&self.factors, &mut self.state, resting(self.sleep.as_ref()));
         }
+        report.awake_nodes = self.awake_nodes().unwrap_or(self.network.node_count()) as u32;
+        self.close_sleep();
         report
+    }
+
+    /// Lets tiles that have been quiet fall asleep.
+    fn close_sleep(&mut self) {
+        let Self { sleep: Some(sleep), scheme, factors, force_n, state, .. } = self else { return };
+        match scheme {
+            Scheme::Verlet(staggered) => sleep.close_period(factors, force_n, state, |node| staggered.still(node)),
+            _ => sleep.close_period(factors, force_n, state, |_| {}),
+        }
     }
 
     /// Spring forces and loads at the current positions.
     fn gather(&mut self, stages: &Stages, report: &mut StepReport) {
-        report.coincident = self.springs.sweep(&self.state.position_m, &mut self.force_n);
-        report.half_springs += self.network.half_edges.neighbour.len() as u64;
+        let Self { springs, network, patches, state, factors, force_n, sleep, .. } = self;
+        if let Some(sleep) = sleep {
+            stages.loads.iter().for_each(|loads| sleep.touch_loaded(loads, patches));
+            report.half_springs += sleep.wake_neighbours(network, factors, &state.position_m);
+            let visited = sleep.forces(springs, network, &state.position_m, force_n);
+            report.coincident = visited.coincident;
+            report.half_springs += visited.half_springs;
+        } else {
+            report.coincident = springs.sweep(&state.position_m, force_n);
+            report.half_springs += network.half_edges.neighbour.len() as u64;
+        }
         if let Some(loads) = &stages.loads {
             report.contained += loads.add(&self.patches, &mut self.force_n);
         }
@@ -89,6 +115,7 @@ impl TissueSolver {
             if let Some(handle) = handle {
                 let center = if fraction == 1.0 { *stop } else { from + (stop - from) * fraction };
                 handle.place(&self.patches, &mut self.state, center, (stop - from) / self.params.period_s);
+                self.sleep.iter_mut().for_each(|sleep| sleep.touch_patch(&self.patches, handle.patch));
             }
         }
     }
@@ -154,7 +181,7 @@ impl TissueSolver {
 
     /// Attachments and pairs at the end of a sub-step.
     fn constrain(&mut self, stages: &mut Stages, h: f64, limit_m: f64, report: &mut StepReport) {
-        let Self { patches, mobility_m_per_n, patch_mobility_m_per_n, responses, state, .. } = self;
+        let Self { patches, mobility_m_per_n, patch_mobility_m_per_n, responses, state, sleep, .. } = self;
         for (response, &mobility) in responses.iter_mut().zip(patch_mobility_m_per_n.iter()) {
             *response = PatchResponse::free(mobility);
         }
@@ -174,7 +201,21 @@ impl TissueSolver {
             report.saturated += done.saturated;
             report.contained += done.contained;
         }
+        if let Some(sleep) = sleep {
+            for (patch, response) in (0..).map(PatchId).zip(responses.iter()) {
+                if response.shift_m != Vec3::zeros() {
+                    sleep.touch_patch(patches, patch);
+                }
+            }
+            let pulled = stages.attachments.iter().flat_map(Attachments::follower_forces);
+            pulled.filter(|(_, tension_n)| *tension_n > 0.0).for_each(|(node, _)| sleep.touch(node));
+        }
     }
+}
+
+/// Who is awake, where not everyone is.
+fn resting(sleep: Option<&Sleep>) -> Option<&Sleep> {
+    sleep.filter(|sleep| !sleep.all_awake())
 }
 
 /// Spreads the displacement of each free patch over its nodes, as the force behind it does.

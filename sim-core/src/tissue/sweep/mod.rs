@@ -16,6 +16,7 @@ mod single_stencil;
 mod stencil;
 #[cfg(test)]
 mod tests;
+pub(super) mod tiles;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
@@ -195,7 +196,7 @@ impl SpringSweep {
 
     /// Springs whose ends coincide.
     #[cold]
-    fn count_coincident(&self, position_m: &[Vec3]) -> u32 {
+    pub(super) fn count_coincident(&self, position_m: &[Vec3]) -> u32 {
         let near =
             |ends: &&[u32; 2]| (position_m[ends[1] as usize] - position_m[ends[0] as usize]).norm() < COINCIDENT_M;
         self.ends.iter().filter(near).count() as u32

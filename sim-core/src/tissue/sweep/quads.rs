@@ -14,11 +14,11 @@ use crate::vector::Vec3;
 /// Springs side by side.
 const LANES: usize = 4;
 /// Where the node beyond the last one lies.
-const BEYOND_M: f64 = 1.0e6;
+pub(super) const BEYOND_M: f64 = 1.0e6;
 
 /// Four springs: their upper nodes, stiffness (N/m) and `k L` (N).
 #[derive(Clone, Copy, Debug)]
-struct Four {
+pub(super) struct Four {
     upper: [u32; LANES],
     stiffness: [f64; LANES],
     preload: [f64; LANES],
@@ -113,7 +113,7 @@ impl Quads {
 }
 
 /// Springs (with their other end) by node, in fours.
-fn by_node(mut ends: Vec<(u32, (u32, Spring))>, nodes: usize) -> (Vec<u32>, Vec<Four>) {
+pub(super) fn by_node(mut ends: Vec<(u32, (u32, Spring))>, nodes: usize) -> (Vec<u32>, Vec<Four>) {
     ends.sort_by_key(|e| (e.0, e.1.0));
     let (mut start, mut fours) = (vec![0_u32; nodes + 1], Vec::new());
     let mut rest = &ends[..];
@@ -219,23 +219,30 @@ fn rows<L: Lanes>(lanes: L, start: &[u32], fours: &[Four], position: &[Node], fo
 #[inline(always)]
 fn gather<L: Lanes>(lanes: L, start: &[u32], fours: &[Four], position: &[Node], force: &mut [Node]) -> L::Quad {
     let mut least = lanes.quad([f64::MAX; 4]);
-    let zero = lanes.quad([0.0; 4]);
     for (node, ends) in start.windows(2).enumerate() {
-        let own = lanes.quad(position[node].0);
-        let (mut x, mut y, mut z) = (zero, zero, zero);
-        for four in &fours[ends[0] as usize..ends[1] as usize] {
-            let [p, q, r, s] = ends_of(lanes, &four.upper, position);
-            let [dx, dy, dz] = lanes.axes([lanes.sub(p, own), lanes.sub(q, own), lanes.sub(r, own), lanes.sub(s, own)]);
-            let squared = lanes.mul_add(dx, dx, lanes.mul_add(dy, dy, lanes.mul_add(dz, dz, zero)));
-            least = lanes.min(least, squared);
-            let scale = scale(lanes, squared, four);
-            x = lanes.mul_add(scale, dx, x);
-            y = lanes.mul_add(scale, dy, y);
-            z = lanes.mul_add(scale, dz, z);
-        }
-        force[node].0 = lanes.sums([x, y, z]);
+        let row = &fours[ends[0] as usize..ends[1] as usize];
+        force[node] = row_force(lanes, &position[node], row, position, &mut least);
     }
     least
+}
+
+/// Force on the node at `own` by the springs of its row.
+#[inline(always)]
+pub(super) fn row_force<L: Lanes>(lanes: L, own: &Node, row: &[Four], position: &[Node], least: &mut L::Quad) -> Node {
+    let own = lanes.quad(own.0);
+    let zero = lanes.quad([0.0; 4]);
+    let (mut x, mut y, mut z) = (zero, zero, zero);
+    for four in row {
+        let [p, q, r, s] = ends_of(lanes, &four.upper, position);
+        let [dx, dy, dz] = lanes.axes([lanes.sub(p, own), lanes.sub(q, own), lanes.sub(r, own), lanes.sub(s, own)]);
+        let squared = lanes.mul_add(dx, dx, lanes.mul_add(dy, dy, lanes.mul_add(dz, dz, zero)));
+        *least = lanes.min(*least, squared);
+        let scale = scale(lanes, squared, four);
+        x = lanes.mul_add(scale, dx, x);
+        y = lanes.mul_add(scale, dy, y);
+        z = lanes.mul_add(scale, dz, z);
+    }
+    Node(lanes.sums([x, y, z]))
 }
 
 #[inline(always)]

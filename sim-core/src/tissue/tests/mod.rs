@@ -12,6 +12,7 @@ mod pair;
 mod port;
 mod precision;
 mod regulation;
+mod sleep;
 mod stability;
 mod wave;
 
@@ -21,26 +22,26 @@ use crate::vector::Vec3;
 
 /// Which nodes of a fixture stay.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Rim {
+pub(super) enum Rim {
     Fixed,
     Free,
 }
 
 /// A net with the same mass, drag and stiffness everywhere.
 #[derive(Clone, Copy)]
-struct Net {
-    side: usize,
-    spacing_m: f64,
-    stiffness_n_per_m: f64,
-    mass_kg: f64,
-    drag_n_s_per_m: f64,
+pub(super) struct Net {
+    pub(super) side: usize,
+    pub(super) spacing_m: f64,
+    pub(super) stiffness_n_per_m: f64,
+    pub(super) mass_kg: f64,
+    pub(super) drag_n_s_per_m: f64,
     /// Rest length over built length.
-    rest_ratio: f64,
-    rim: Rim,
+    pub(super) rest_ratio: f64,
+    pub(super) rim: Rim,
 }
 
 /// Skin of Table 2 on an 11 × 11 net of 5 mm, 5 % pre-stretched.
-const SKIN: Net = Net {
+pub(super) const SKIN: Net = Net {
     side: 11,
     spacing_m: 5e-3,
     stiffness_n_per_m: 160.0,
@@ -51,11 +52,11 @@ const SKIN: Net = Net {
 };
 
 impl Net {
-    fn node(&self, i: usize, j: usize) -> u32 {
+    pub(super) fn node(&self, i: usize, j: usize) -> u32 {
         (i + self.side * j) as u32
     }
 
-    fn build(&self) -> SpringNetwork {
+    pub(super) fn build(&self) -> SpringNetwork {
         let n = self.side;
         let place = |at: usize| Vec3::new((at % n) as f64, (at / n) as f64, 0.0) * self.spacing_m;
         let rest: Vec<Vec3> = (0..n * n).map(place).collect();
@@ -111,7 +112,7 @@ fn even_patches(node_count: usize, patches: &[Vec<u32>]) -> PatchSet {
 }
 
 /// Free nodes at the given places, without springs.
-fn dust(places: &[Vec3], mass_kg: f64, drag_n_s_per_m: f64) -> SpringNetwork {
+pub(super) fn dust(places: &[Vec3], mass_kg: f64, drag_n_s_per_m: f64) -> SpringNetwork {
     let n = places.len();
     SpringNetwork::new(places.to_vec(), vec![mass_kg; n], vec![drag_n_s_per_m; n], vec![0; n], Vec::new())
         .expect("the fixture is a valid network")
