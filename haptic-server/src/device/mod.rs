@@ -196,9 +196,8 @@ pub trait ServoRoom {
     fn is_latched(&self) -> bool;
     /// One servo tick: sample in, force out.
     fn tick(&mut self, time: TickTime, sample: &DeviceSample) -> DeviceCommand;
-    /// A second device: its pose and buttons are shown; it has no force of its own. Before [`ServoRoom::tick`] of the next
-    /// sample.
-    fn show_second(&mut self, time: TickTime, sample: &DeviceSample);
+    /// The same for a second device, after the first one's.
+    fn tick_second(&mut self, time: TickTime, sample: &DeviceSample) -> DeviceCommand;
 }
 
 /// A device that runs the loop.

@@ -132,8 +132,8 @@ impl ServoRoom for LockstepRoom<'_> {
         self.servo.mode() == Mode::Fault
     }
 
-    fn show_second(&mut self, time: TickTime, sample: &DeviceSample) {
-        self.servo.show_second(time, sample);
+    fn tick_second(&mut self, time: TickTime, sample: &DeviceSample) -> DeviceCommand {
+        self.servo.tick_second(time, sample)
     }
 
     fn tick(&mut self, time: TickTime, sample: &DeviceSample) -> DeviceCommand {

@@ -6,7 +6,7 @@
 //! new epoch keeps its own state, and its anchor is blended over 10 ms. Force on the hand = −(coupling force), never the
 //! solver's own force. A gain below 1 (ramp, decay, stop) weakens the coupling itself, Kvc, Bvc and the line's k and b, not
 //! what the hand is told of it: at every gain the tissue is pulled by what the hand feels. Metres, newtons, scene frame.
-//! Deliberately absent: limits (safety), the age of ports (ladder), a second device.
+//! Deliberately absent: limits (safety), the age of ports (ladder).
 
 use crate::servo::ladder::Rung;
 use crate::servo::params::CouplingParams;
@@ -65,6 +65,8 @@ struct Context {
 #[derive(Clone, Copy, Debug)]
 pub struct Handles {
     params: CouplingParams,
+    /// First handle of the device on the wire.
+    first: usize,
     handles: [Handle; HANDLES_PER_DEVICE],
     context: Option<Context>,
     /// Rest length to which the line has slipped in this grip, metres; the port's own counts if it is longer.
@@ -73,9 +75,9 @@ pub struct Handles {
 }
 
 impl Handles {
-    /// None in use.
+    /// None in use; for the device 0 or 1.
     #[must_use]
-    pub fn new(params: CouplingParams) -> Self {
+    pub fn new(params: CouplingParams, device: usize) -> Self {
         let free = Handle {
             mode: HANDLE_FREE,
             pair: 0,
@@ -89,7 +91,8 @@ impl Handles {
             is_outside_trust: false,
             news: HandleNews::default(),
         };
-        Self { params, handles: [free; HANDLES_PER_DEVICE], context: None, slipped_to_m: 0.0, last_rung: Rung::None }
+        let (first, handles) = (device * HANDLES_PER_DEVICE, [free; HANDLES_PER_DEVICE]);
+        Self { params, first, handles, context: None, slipped_to_m: 0.0, last_rung: Rung::None }
     }
 
     /// Takes over a new, validated port.
@@ -109,10 +112,11 @@ impl Handles {
         if last.is_none_or(|c| c.epoch != new.epoch) {
             self.slipped_to_m = 0.0;
         }
-        let takes_line = port.handles[0].mode == HANDLE_PULLED && self.handles[0].mode != HANDLE_PULLED;
+        let own = &port.handles[self.first..self.first + HANDLES_PER_DEVICE];
+        let takes_line = own[0].mode == HANDLE_PULLED && self.handles[0].mode != HANDLE_PULLED;
         if takes_line {
             // The stylus has moved since the solver saw it take the line: taking it must not make a tension.
-            let [near, partner] = [&port.handles[0], &port.handles[1]];
+            let (near, partner) = (&own[0], &own[1]);
             self.slipped_to_m = measure(stylus_m, Vec3::from(near.position_m), Vec3::from(partner.position_m)).length_m;
         }
         if let Some(context) = &mut self.context {
@@ -120,7 +124,7 @@ impl Handles {
         }
         let is_new_scene = last.is_none_or(|c| c.scene_generation != new.scene_generation);
         let is_new_anchor = last.is_none_or(|c| c.epoch != new.epoch) || self.last_rung != Rung::Affine;
-        for (handle, from) in self.handles.iter_mut().zip(&port.handles) {
+        for (handle, from) in self.handles.iter_mut().zip(own) {
             let is_other = handle.mode != from.mode || handle.pair != from.pair || is_new_scene;
             if is_other {
                 handle.news.changed |= handle.mode != from.mode || handle.pair != from.pair;

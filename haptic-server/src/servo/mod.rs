@@ -16,6 +16,7 @@ pub mod orders;
 pub mod params;
 pub mod safety;
 pub mod sample;
+mod second_arm;
 pub mod state_machine;
 pub mod stats;
 pub mod thread;

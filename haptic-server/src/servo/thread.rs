@@ -106,8 +106,8 @@ impl<S: FnMut(&mut ServoState)> ServoRoom for LiveRoom<S> {
         self.servo.mode() == Mode::Fault
     }
 
-    fn show_second(&mut self, time: TickTime, sample: &DeviceSample) {
-        self.servo.show_second(time, sample);
+    fn tick_second(&mut self, time: TickTime, sample: &DeviceSample) -> DeviceCommand {
+        self.servo.tick_second(time, sample)
     }
 
     fn tick(&mut self, time: TickTime, sample: &DeviceSample) -> DeviceCommand {

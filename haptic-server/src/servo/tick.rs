@@ -4,9 +4,9 @@
 //! `thread.rs` calls it live, lockstep calls it against a virtual clock: equal inputs give equal bits.
 //! The gain is the product of what state machine, ladder, samples and a stop order allow; it weakens the coupling, so that
 //! the tissue feels no more than the hand. The safety stage behind it has the last word. Metres, newtons, seconds, scene frame.
-//! Deliberately absent: forces for a second device, which is shown only (handles 2 and 3 of the message stay free).
+//! A second device is ticked after the first (`second_arm`). Deliberately absent: filters of the samples.
 
-use crate::device::{DeviceSample, HandView, TickTime};
+use crate::device::{DeviceCommand, DeviceSample, HandView, TickTime};
 use crate::servo::clock::{MissCounter, Wakefulness};
 use crate::servo::coupling::{HANDLES_PER_DEVICE, Handles};
 use crate::servo::energy::EnergyObserver;
@@ -16,6 +16,7 @@ pub use crate::servo::orders::{FLAG_DEGRADED, FLAG_STOPPING, Orders, Rights, Sto
 use crate::servo::params::ServoParams;
 use crate::servo::safety::{ForceStage, Released, Verdict};
 use crate::servo::sample::{Accepted, Buttons, SampleGate};
+use crate::servo::second_arm::{Lead, SecondArm};
 use crate::servo::state_machine::{Link, Mode, Operator, ServoFault, Situation, StateMachine};
 use protocol::servo_state::ServoState;
 use protocol::tissue_port::TissuePort;
@@ -30,14 +31,7 @@ const STOPPED_N: f64 = 1e-3;
 /// Longer ticks integrate as this many periods; the rest of the time is lost, not made up for.
 const LONGEST_TICK_PERIODS: f64 = 20.0;
 
-/// A device that is shown only.
-#[derive(Clone, Copy, Debug)]
-struct Second {
-    gate: SampleGate,
-    buttons: Buttons,
-}
-
-/// The servo of one device.
+/// The servo of one device, or of two.
 #[derive(Clone, Debug)]
 pub struct Servo {
     params: ServoParams,
@@ -45,7 +39,8 @@ pub struct Servo {
     machine: StateMachine,
     gate: SampleGate,
     buttons: Buttons,
-    second: Second,
+    second: SecondArm,
+    lead: Lead,
     ladder: Ladder,
     handles: Handles,
     stage: ForceStage,
@@ -75,9 +70,10 @@ impl Servo {
             machine: StateMachine::new(params.rhythm),
             gate: SampleGate::new(params.sample),
             buttons: Buttons::new(&params.sample),
-            second: Second { gate: SampleGate::new(params.sample), buttons: Buttons::new(&params.sample) },
+            second: SecondArm::new(params),
+            lead: Lead { rung: Rung::None, gain: 0.0, dt_s: 0.0 },
             ladder: Ladder::new(params.ladder),
-            handles: Handles::new(params.coupling),
+            handles: Handles::new(params.coupling, 0),
             stage: ForceStage::new(params.safety, params.rhythm.period_s),
             observer: EnergyObserver::default(),
             misses: MissCounter::default(),
@@ -127,9 +123,11 @@ impl Servo {
             operator,
         };
         self.move_machine(&situation, dt_s, &mut news);
-        let gain = self.machine.gain() * step.gain * answer.gain * self.stop_gain(input.orders.stop, dt_s, &mut news);
+        let gain = self.machine.gain() * step.gain * self.stop_gain(input.orders.stop, dt_s, &mut news);
+        let led = if self.gives_no_force(step.rung) { 0.0 } else { gain };
+        self.lead = Lead { rung: step.rung, gain: led, dt_s };
         let wanted = match answer.sample {
-            Some(_) => self.handles.tick(stylus, step.rung, gain, dt_s),
+            Some(_) => self.handles.tick(stylus, step.rung, gain * answer.gain, dt_s),
             None => Vec3::zeros(),
         };
         self.tell_handles(&mut news);
@@ -165,7 +163,7 @@ impl Servo {
     pub fn is_stopped(&self) -> bool {
         // Late ticks count more time than the slew limit allows force: the force itself decides.
         let faded = self.stopping_s.is_some_and(|s| s >= self.params.rhythm.stop_s);
-        faded && self.stage.last_force().norm() < STOPPED_N
+        faded && self.stage.last_force().norm().max(self.second.last_force().norm()) < STOPPED_N
     }
 
     /// What the hand sees: the newest port.
@@ -174,20 +172,10 @@ impl Servo {
         HandView::from(&self.port)
     }
 
-    /// Shows the second device in `servo_state`: pose, clean buttons, no force. It carries no handle: the solver offers
-    /// ports to the first device only.
-    pub fn show_second(&mut self, time: TickTime, sample: &DeviceSample) {
-        let answer = self.second.gate.tick(sample, time.dt_s, self.params.rhythm.period_s);
-        let device = &mut self.state.devices[1];
-        device.present = u32::from(answer.sample.is_some() && answer.fault.is_none());
-        let Some(accepted) = answer.sample else { return };
-        self.second.buttons.tick(accepted.buttons, time.now_ns);
-        device.position_m = accepted.position_m.into();
-        device.velocity_m_per_s = accepted.velocity_m_per_s.into();
-        device.orientation = accepted.orientation;
-        device.buttons = self.second.buttons.level;
-        device.press_count = self.second.buttons.press_count;
-        device.release_count = self.second.buttons.release_count;
+    /// One tick of the second device, after [`Servo::tick`] of the first; gives its force.
+    pub fn tick_second(&mut self, time: TickTime, sample: &DeviceSample) -> DeviceCommand {
+        self.state.handle_count = 2 * HANDLES_PER_DEVICE as u32;
+        self.second.tick(self.lead, time, sample)
     }
 
     /// Whether the operator re-arms in this tick: by command, or by a press of the back button since the last tick.
@@ -208,6 +196,7 @@ impl Servo {
                 Ok(()) => {
                     self.port = *port;
                     self.handles.take(port, sample.map_or_else(Vec3::zeros, |s| s.position_m));
+                    self.second.take(port);
                 }
                 Err(PortRefusal::Older) => {}
                 Err(refusal) => news.tell(EventKind::PortRefused(refusal)),
@@ -255,8 +244,9 @@ impl Servo {
     }
 
     fn tell_handles(&mut self, news: &mut News) {
-        let states = self.handles.states();
-        for (handle, (told, state)) in (0..).zip(self.handles.take_news().into_iter().zip(states)) {
+        let states = self.handles.states().into_iter().chain(self.second.handles());
+        let told = self.handles.take_news().into_iter().chain(self.second.take_news());
+        for (handle, (told, state)) in (0..).zip(told.zip(states)) {
             if told.changed {
                 news.tell(EventKind::HandleChanged { handle, mode: state.mode, pair: state.pair });
             }
@@ -282,7 +272,7 @@ impl Servo {
         state.fault = self.machine.fault().map_or(0, ServoFault::code);
         state.flags = u32::from(self.rights == Rights::Degraded) * FLAG_DEGRADED
             + u32::from(self.stopping_s.is_some()) * FLAG_STOPPING;
-        state.energy_to_hand_j = self.observer.given_j();
+        state.energy_to_hand_j = self.observer.given_j() + self.second.given_j();
         let device = &mut state.devices[0];
         if let Some(sample) = sample {
             device.position_m = sample.position_m.into();
@@ -295,7 +285,10 @@ impl Servo {
         device.buttons = self.buttons.level;
         device.press_count = self.buttons.press_count;
         device.release_count = self.buttons.release_count;
-        state.handles[..HANDLES_PER_DEVICE].copy_from_slice(&self.handles.states());
+        state.devices[1] = self.second.state();
+        let (first, second) = state.handles.split_at_mut(HANDLES_PER_DEVICE);
+        first.copy_from_slice(&self.handles.states());
+        second.copy_from_slice(&self.second.handles());
         let sequence = state.ticks;
         state.stamp(sequence, input.time.now_ns);
     }

@@ -7,22 +7,23 @@ use protocol::scene_frame::{FrameHeader, FrameNode, OutlineHeader};
 use protocol::servo_state::ServoState;
 use protocol::session_command as command;
 use protocol::session_command::SessionCommand;
-use protocol::tissue_port::{
-    HANDLE_HELD, HANDLE_LINKED, HANDLE_PULLED, HandlePort, KINEMATICS_IMPLICIT_DRAG, KINEMATICS_LITERAL, TissuePort,
-};
+use protocol::tissue_port::{KINEMATICS_IMPLICIT_DRAG, KINEMATICS_LITERAL, TissuePort};
 use protocol::wire::Field;
-use protocol::wound_report::{LedgerRow, MAX_LEDGER_ROWS, WoundReport};
+use protocol::wound_report::WoundReport;
 use sim_core::kinematics::integrate::KinematicsForm;
 use sim_core::scene::build::SceneError;
-use sim_core::scene::grip::{Grip, HandleMode};
-use sim_core::scene::procedure::{Procedure, ProcedureRow, ProcedureStanding, SceneSource, SessionRequest};
+use sim_core::scene::grip::Grip;
+use sim_core::scene::procedure::{Procedure, ProcedureStanding, SceneSource, SessionRequest};
 use sim_core::scene::step::{ResumeError, ServoInput};
-use sim_core::scene::suturing::{HandInput, Side};
+use sim_core::scene::suturing::Side;
 use sim_core::tissue::handle::MAX_HANDLES;
 use sim_core::tissue::integrator::Integrator;
-use sim_core::tissue::port::Port;
-use sim_core::vector::{Mat3, Vec3};
+use sim_core::vector::Vec3;
 use sim_core::wound::control::ControlMode;
+
+mod wire;
+
+use wire::{hand, handle_port, ledger_row, mode_code};
 
 /// `WoundReport::command_result`: done.
 pub const COMMAND_DONE: u32 = 1;
@@ -174,7 +175,7 @@ impl SolverSession {
     }
 
     fn input(&self, servo: &ServoState) -> ServoInput {
-        let device = &servo.devices[0];
+        let [first, second] = &servo.devices;
         let grips = self.procedure.scene().grips();
         let mut handles_m = [None; MAX_HANDLES];
         if servo.port_epoch == self.epoch() {
@@ -186,11 +187,8 @@ impl SolverSession {
             }
         }
         ServoInput {
-            hand: HandInput {
-                position_m: Vec3::from(device.position_m),
-                press_count: device.press_count[0],
-                release_count: device.release_count[0],
-            },
+            hand: hand(first),
+            second: (second.present != 0).then(|| hand(second)),
             // The handles above were already matched against the epoch on the wire.
             port_epoch: grips.epoch(),
             handles_m,
@@ -237,9 +235,9 @@ impl SolverSession {
             KinematicsForm::ImplicitDrag => KINEMATICS_IMPLICIT_DRAG,
             KinematicsForm::Literal => KINEMATICS_LITERAL,
         };
-        let grips: [Option<Grip>; 2] = {
+        let grips: [Option<Grip>; MAX_HANDLES] = {
             let mut all = scene.grips().iter().copied();
-            [all.next(), all.next()]
+            std::array::from_fn(|_| all.next())
         };
         for grip in grips.into_iter().flatten() {
             if let Some(measured) = scene.port(&grip) {
@@ -296,58 +294,3 @@ impl SolverSession {
         }
     }
 }
-
-fn mode_code(mode: HandleMode) -> u32 {
-    match mode {
-        HandleMode::Held => HANDLE_HELD,
-        HandleMode::Pulled => HANDLE_PULLED,
-        HandleMode::Linked => HANDLE_LINKED,
-    }
-}
-
-fn handle_port(grip: &Grip, port: &Port) -> HandlePort {
-    HandlePort {
-        position_m: port.position_m.into(),
-        velocity_m_per_s: port.velocity_m_per_s.into(),
-        force_n: port.force_n.into(),
-        stiffness_n_per_m: symmetric(&port.step_stiffness_n_per_m),
-        one_ring_n_per_m: symmetric(&port.one_ring_n_per_m),
-        trust_radius_m: port.trust_radius_m,
-        mass_kg: port.mass_kg,
-        drag_n_s_per_m: port.drag_n_s_per_m,
-        mode: mode_code(grip.mode),
-        pair: grip.pair as u32,
-    }
-}
-
-/// xx, xy, xz, yy, yz, zz.
-fn symmetric(m: &Mat3) -> [f64; 6] {
-    [m[(0, 0)], m[(0, 1)], m[(0, 2)], m[(1, 1)], m[(1, 2)], m[(2, 2)]]
-}
-
-fn ledger_row(row: &ProcedureRow) -> LedgerRow {
-    let r = &row.row;
-    let history =
-        [r.history.control_acts, r.history.control_has_acted, r.history.knot_slipped, r.history.pulled_through];
-    LedgerRow {
-        left_original_m: r.left_original_m.into(),
-        left_current_m: r.left_current_m.into(),
-        right_original_m: r.right_original_m.into(),
-        right_current_m: r.right_current_m.into(),
-        open_distance_m: r.open_distance_m,
-        original_distance_m: r.original_distance_m,
-        current_distance_m: r.current_distance_m,
-        relative_error: r.relative_error,
-        holding_force_n: r.holding_force_n,
-        stitch_tension_n: r.stitch_tension_n,
-        rest_length_m: r.rest_length_m,
-        slipped_m: r.slipped_m,
-        pair: r.pair,
-        scene_kind: row.kind_code,
-        flags: history.iter().enumerate().map(|(bit, set)| u32::from(*set) << bit).sum(),
-        scene_index: row.scene as u32,
-    }
-}
-
-/// Rows of Table 1 that a report can carry: three scenes of sixteen stitches.
-const _: () = assert!(MAX_LEDGER_ROWS >= 3 * 16);

@@ -36,10 +36,16 @@ pub struct Grip {
     pub mode: HandleMode,
 }
 
-/// The handles of the first device: slot 0 and slot 1.
+/// Slots of the first device: the point at the hand, and its partner.
+const FIRST: [HandleSlot; 2] = [HandleSlot(0), HandleSlot(1)];
+/// Slot of the second device.
+const SECOND: HandleSlot = HandleSlot(2);
+
+/// The handles of the first device, and of the second.
 #[derive(Clone, Debug, Default)]
 pub struct Grips {
     grips: [Option<Grip>; 2],
+    second: Option<Grip>,
     epoch: u32,
     line_rest_length_m: f64,
 }
@@ -47,7 +53,7 @@ pub struct Grips {
 impl Grips {
     /// Grips in use.
     pub fn iter(&self) -> impl Iterator<Item = &Grip> {
-        self.grips.iter().flatten()
+        self.grips.iter().chain([&self.second]).flatten()
     }
 
     /// Changes with every change of the grips.
@@ -64,11 +70,7 @@ impl Grips {
 
     /// The needle takes a suture point.
     pub fn hold(&mut self, solver: &mut TissueSolver, pair: usize, side: Side) {
-        let patch = match side {
-            Side::Left => left_patch(pair),
-            Side::Right => right_patch(pair),
-        };
-        self.replace(solver, [Some((patch, HandleMode::Held)), None], pair);
+        self.replace(solver, [Some((patch_of(pair, side), HandleMode::Held)), None], pair);
     }
 
     /// The hand takes the line of a pair; it is without tension at this moment.
@@ -76,6 +78,26 @@ impl Grips {
         self.line_rest_length_m = (stylus_m - right_m).norm() + (right_m - left_m).norm();
         let wanted = [Some((right_patch(pair), HandleMode::Pulled)), Some((left_patch(pair), HandleMode::Linked))];
         self.replace(solver, wanted, pair);
+    }
+
+    /// The second hand takes a suture point; from the first one, if that has it.
+    pub fn hold_second(&mut self, solver: &mut TissueSolver, pair: usize, side: Side) {
+        self.let_go_second(solver);
+        let patch = patch_of(pair, side);
+        if self.grips.iter().flatten().any(|g| g.patch == patch) {
+            self.let_go(solver);
+        }
+        let mode = HandleMode::Held;
+        self.second = solver.grasp(SECOND, patch).ok().map(|()| Grip { slot: SECOND, patch, pair, mode });
+        self.epoch = self.epoch.wrapping_add(1);
+    }
+
+    /// The second hand lets go.
+    pub fn let_go_second(&mut self, solver: &mut TissueSolver) {
+        if self.second.take().is_some() {
+            solver.release(SECOND);
+            self.epoch = self.epoch.wrapping_add(1);
+        }
     }
 
     /// The hand lets go.
@@ -97,11 +119,23 @@ impl Grips {
         for old in self.grips.iter().flatten() {
             solver.release(old.slot);
         }
-        for (index, wanted) in wanted.into_iter().enumerate() {
-            let slot = HandleSlot(index);
-            self.grips[index] = wanted
-                .and_then(|(patch, mode)| solver.grasp(slot, patch).ok().map(|()| Grip { slot, patch, pair, mode }));
+        for ((grip, slot), wanted) in self.grips.iter_mut().zip(FIRST).zip(wanted) {
+            *grip = wanted.and_then(|(patch, mode)| {
+                let mut grasped = solver.grasp(slot, patch);
+                if grasped.is_err() && self.second.take().is_some() {
+                    solver.release(SECOND);
+                    grasped = solver.grasp(slot, patch);
+                }
+                grasped.ok().map(|()| Grip { slot, patch, pair, mode })
+            });
         }
         self.epoch = self.epoch.wrapping_add(1);
+    }
+}
+
+fn patch_of(pair: usize, side: Side) -> PatchId {
+    match side {
+        Side::Left => left_patch(pair),
+        Side::Right => right_patch(pair),
     }
 }

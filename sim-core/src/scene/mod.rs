@@ -8,6 +8,7 @@ pub mod line_course;
 pub mod plan;
 pub mod presets;
 pub mod procedure;
+mod second_hand;
 pub mod sleep;
 mod stages;
 pub mod step;

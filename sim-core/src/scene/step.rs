@@ -5,7 +5,7 @@
 //! equal bits. Deliberately absent: clocks, messages, and the 1 kHz integration of the suture points (servo).
 
 use crate::tissue::handle::MAX_HANDLES;
-use crate::tissue::model::{Tissue, TissueKind};
+use crate::tissue::model::Tissue;
 use crate::tissue::network::TissueState;
 use crate::tissue::patch_set::PatchId;
 use crate::tissue::port::Port;
@@ -15,9 +15,9 @@ use crate::tissue::solver::{Stages, StepReport, TissueSolver};
 use crate::tissue::triangle_mesh::TriangleMesh;
 use crate::vector::Vec3;
 use crate::wound::control::ControlMode;
-use crate::wound::ledger::LedgerRow;
 
 mod resume;
+mod view;
 
 pub use resume::ResumeError;
 
@@ -26,6 +26,7 @@ use super::config::SceneConfig;
 use super::grip::{Grip, Grips};
 use super::line_course::{CourseInput, LineCourse};
 use super::plan::{ScenePlan, in_range};
+use super::second_hand::{SecondEvent, SecondHand};
 use super::sleep::require_sleep;
 use super::stages::{PairFacts, pair_facts, patch_set, push_contacts, read_springs, require_literal_steps, stages};
 use super::stitching::{Stitching, left_patch, right_patch};
@@ -39,6 +40,8 @@ const FARTHEST_HAND_M: f64 = 100.0;
 pub struct ServoInput {
     /// Stylus and button.
     pub hand: HandInput,
+    /// The same of a second device, where there is one.
+    pub second: Option<HandInput>,
     /// Epoch of the port that the servo used.
     pub port_epoch: u32,
     /// Suture points as the servo has integrated them, by slot, metres.
@@ -58,6 +61,7 @@ pub struct Scene {
     facts: Vec<PairFacts>,
     places: Vec<PairPlace>,
     suturing: Suturing,
+    second: SecondHand,
     grips: Grips,
     stitching: Option<Stitching>,
     course: Option<LineCourse>,
@@ -91,6 +95,7 @@ impl Scene {
         require_literal_steps(&plan, &solver, &stages, config.suture.point_mass_g * 1e-3)?;
         let mut scene = Self {
             suturing: Suturing::new(tissue.pairs.len(), capture_m),
+            second: SecondHand::new(capture_m),
             places: Vec::with_capacity(tissue.pairs.len()),
             stitching: Stitching::new(&plan),
             course: plan.line.map(|l| LineCourse::new(l.course)),
@@ -113,7 +118,7 @@ impl Scene {
     /// Back to the start of the scene. The control keeps its mode.
     pub fn restore(&mut self) {
         let mode = self.stitching.as_ref().and_then(Stitching::control_mode);
-        self.grips.let_go(&mut self.solver);
+        self.let_go();
         // The settled state is of this network and finite: it was accepted at load.
         let _ = self.solver.reset(&self.settled);
         if let Some(attachments) = &mut self.stages.attachments {
@@ -132,9 +137,10 @@ impl Scene {
         self.measure_places();
     }
 
-    /// Lets go of everything the hand holds.
+    /// Lets go of everything the hands hold.
     pub fn let_go(&mut self) {
         self.grips.let_go(&mut self.solver);
+        self.grips.let_go_second(&mut self.solver);
     }
 
     /// One step of the solver's period. A hand that is not finite or absurdly far counts as no hand.
@@ -143,6 +149,13 @@ impl Scene {
         if let Some(input) = servo {
             for event in self.suturing.advance(&input.hand, &self.places).into_iter().flatten() {
                 self.apply(event, input.hand.position_m);
+            }
+            let second = input.second.as_ref().filter(|hand| hand.position_m.norm() <= FARTHEST_HAND_M);
+            for event in self.second.advance(second, &self.places).into_iter().flatten() {
+                match event {
+                    SecondEvent::Taken(pair, side) => self.grips.hold_second(&mut self.solver, pair, side),
+                    SecondEvent::Released => self.grips.let_go_second(&mut self.solver),
+                }
             }
             if input.port_epoch == self.grips.epoch() {
                 self.grips.follow(&mut self.solver, &input.handles_m);
@@ -240,99 +253,5 @@ impl Scene {
     pub fn port(&mut self, grip: &Grip) -> Option<Port> {
         let port = self.solver.port(grip.slot, &self.stages)?;
         Some(Port { mass_kg: port.mass_kg + self.config.suture.point_mass_g * 1e-3, ..port })
-    }
-
-    /// What the scene file says.
-    #[must_use]
-    pub fn config(&self) -> &SceneConfig {
-        &self.config
-    }
-
-    /// Which stages the scene has.
-    #[must_use]
-    pub fn plan(&self) -> &ScenePlan {
-        &self.plan
-    }
-
-    /// The tissue as built.
-    #[must_use]
-    pub fn tissue(&self) -> &Tissue {
-        &self.tissue
-    }
-
-    /// The solver, for its state, stability and parameters.
-    #[must_use]
-    pub fn solver(&self) -> &TissueSolver {
-        &self.solver
-    }
-
-    /// Where the pairs are now.
-    #[must_use]
-    pub fn places(&self) -> &[PairPlace] {
-        &self.places
-    }
-
-    /// Where the suturing stands.
-    #[must_use]
-    pub fn suturing(&self) -> &Suturing {
-        &self.suturing
-    }
-
-    /// Suture points that the servo integrates.
-    #[must_use]
-    pub fn grips(&self) -> &Grips {
-        &self.grips
-    }
-
-    /// Rows of Table 1; none without a suture line.
-    #[must_use]
-    pub fn ledger_rows(&self) -> &[LedgerRow] {
-        self.stitching.as_ref().map_or(&[], |s| s.ledger().rows())
-    }
-
-    /// The suture line; `None` when the scene has none.
-    #[must_use]
-    pub fn line(&self) -> Option<&LineCourse> {
-        self.course.as_ref()
-    }
-
-    /// Control mode; `None` when the scene has no control.
-    #[must_use]
-    pub fn control_mode(&self) -> Option<ControlMode> {
-        self.stitching.as_ref().and_then(Stitching::control_mode)
-    }
-
-    /// How the tissue settled at load.
-    #[must_use]
-    pub fn settling(&self) -> &Settled {
-        &self.settling
-    }
-
-    /// Steps since load.
-    #[must_use]
-    pub fn steps(&self) -> u64 {
-        self.steps
-    }
-
-    /// What happened in the last step.
-    #[must_use]
-    pub fn last_report(&self) -> &StepReport {
-        &self.last
-    }
-
-    /// The optional stages, for reports (reactions of the attachments).
-    #[must_use]
-    pub fn stages(&self) -> &Stages {
-        &self.stages
-    }
-
-    /// The code of the tissue model on the wire: 0 skin, 1 liver, 2 vessel.
-    #[must_use]
-    pub fn kind_code(&self) -> u32 {
-        match self.tissue.kind {
-            TissueKind::Utsm => 0,
-            TissueKind::Vosm => 1,
-            TissueKind::Ttsm => 2,
-        }
     }
 }

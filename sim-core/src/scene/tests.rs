@@ -19,6 +19,7 @@ const AT_REST_M: f64 = 1e-7;
 
 fn hand(position_m: Vec3, press_count: u32, release_count: u32) -> ServoInput {
     ServoInput {
+        second: None,
         hand: HandInput { position_m, press_count, release_count },
         port_epoch: u32::MAX,
         handles_m: [None; MAX_HANDLES],
@@ -230,4 +231,37 @@ fn a_hand_that_cannot_be_is_no_hand() {
         let line = scene.line().unwrap().polyline();
         assert!(line.iter().all(|x| x.norm() < 1.0), "{bad}: {line:?}");
     }
+}
+
+#[test]
+fn a_second_hand_holds_tissue_while_the_first_sutures() {
+    let mut scene = Scene::new(&presets::skin(), None).unwrap();
+    let places = scene.places().to_vec();
+    let second = |presses, releases| {
+        Some(HandInput { position_m: places[2].right_m, press_count: presses, release_count: releases })
+    };
+    let with = |first: ServoInput, second| ServoInput { second, ..first };
+    let away = hand(Vec3::new(0.0, 0.0, 0.05), 0, 0);
+    scene.step(Some(&with(away, second(0, 0))));
+    scene.step(Some(&with(away, second(1, 0))));
+    let grip = *scene.grips().iter().next().expect("the point is taken");
+    assert_eq!((grip.slot.0, grip.pair), (2, 2));
+    let aside = places[2].right_m + Vec3::new(3e-3, 0.0, 0.0);
+    let mut held = with(away, second(1, 0));
+    held.handles_m[2] = Some(aside);
+    drive(&mut scene, held, [None; 2], 20);
+    assert!((scene.places()[2].right_m - aside).norm() < AT_REST_M);
+    let pull = scene.port(&grip).expect("a port of its own").force_n;
+    assert!(pull.x < -0.05, "the tissue pulls back: {pull}");
+    // The first hand takes a point of its own, then the one in the second hand: it is handed over.
+    held.hand = HandInput { position_m: places[0].left_m, press_count: 1, release_count: 0 };
+    drive(&mut scene, held, [Some(places[0].left_m), None], 3);
+    assert_eq!(scene.grips().iter().map(|g| g.slot.0).collect::<Vec<_>>(), [0, 2]);
+    let point = scene.places()[2].right_m;
+    scene.step(Some(&with(held, Some(HandInput { position_m: places[0].left_m, press_count: 2, release_count: 1 }))));
+    assert_eq!(scene.grips().iter().map(|g| (g.slot.0, g.pair)).collect::<Vec<_>>(), [(2, 0)]);
+    assert!((scene.places()[2].right_m - point).norm() > AT_REST_M, "what was let go springs back");
+    // A second device that is gone holds nothing.
+    scene.step(Some(&with(held, None)));
+    assert_eq!(scene.grips().iter().count(), 0);
 }

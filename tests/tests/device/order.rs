@@ -40,9 +40,10 @@ fn a_device_that_cannot_be_opened_is_named_with_the_cause_and_no_other_stays_ope
 }
 
 #[test]
-fn two_devices_are_read_in_one_tick_and_the_second_has_no_force() {
+fn two_devices_feel_each_their_own_point() {
     let rig = Rig::start(&Setup::default(), Some("Default Device+Left Device"), NO_STALL);
-    control::lead(1, Vec3::new(-30.0, 10.0, 5.0));
+    let place = Vec3::new(-30.0, 10.0, 5.0);
+    control::lead(1, place);
     let rig = rig.hold();
     control::press(1, 2);
     rig.step(10);
@@ -53,11 +54,30 @@ fn two_devices_are_read_in_one_tick_and_the_second_has_no_force() {
     assert!((second - Vec3::new(-30.0, -5.0, 30.0)).amax() < 0.1, "{second}");
     assert_eq!((state.devices[1].press_count, state.devices[0].press_count), ([0, 1], [0, 0]));
     assert_eq!((control::arrived_n(1), state.devices[1].force_n), (Vec3::zeros(), [0.0; 3]));
-    assert!(control::arrived_n(0).norm() > 1.0);
+    let first_n = control::arrived_n(0);
+    assert!(first_n.norm() > 1.0);
+
+    rig.hold_second();
+    rig.step(20);
+    assert!(control::arrived_n(1).norm() < 0.1, "taking a point makes no force");
+    for step in 1..=50 {
+        control::lead(1, place + Vec3::new(0.0, 0.0, -0.1 * f64::from(step)));
+        rig.step(1);
+    }
+    rig.step(200);
+    // Series of Kvc = 400 N/m and the point's 300 N/m over 5 mm, against the pull, on the device's z axis.
+    let expected = 5e-3 / (1.0 / 400.0 + 1.0 / 300.0);
+    let second_n = control::arrived_n(1);
+    assert!((second_n - Vec3::new(0.0, 0.0, expected)).amax() < 0.05 * expected, "{second_n}, not {expected}");
+    assert!((control::arrived_n(0) - first_n).norm() < 0.02, "the first feels nothing of it");
+    let state = rig.state();
+    assert_eq!((state.handle_count, state.handles[2].mode), (4, 1));
+
     // The second one's trouble is not the first one's.
     control::inject(1, Fault::Unplug);
     rig.step(50);
     assert_eq!((rig.mode(), rig.state().devices[1].present), (Mode::Active, 0));
+    assert_eq!((control::arrived_n(1), rig.state().devices[1].force_n), (Vec3::zeros(), [0.0; 3]));
     assert!(control::arrived_n(0).norm() > 1.0);
 }
 

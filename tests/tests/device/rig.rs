@@ -38,6 +38,7 @@ pub(crate) const PLACE_MM: [f64; 3] = [4.0, 0.0, 0.0];
 pub(crate) struct Shared {
     stop: AtomicBool,
     held: AtomicBool,
+    second_held: AtomicBool,
     rearms: AtomicU32,
     state: Mutex<Option<ServoState>>,
 }
@@ -56,13 +57,16 @@ impl StepRoom {
         }
         self.sequence += 1;
         let is_held = self.shared.held.load(Ordering::Relaxed);
+        let second_holds = self.shared.second_held.load(Ordering::Relaxed);
         let mut port = TissuePort::EMPTY;
-        port.epoch = 1 + u32::from(is_held);
+        port.epoch = 1 + u32::from(is_held) + 2 * u32::from(second_holds);
         (port.publish_ns, port.valid_ns) = (self.now_ns, self.now_ns);
         port.line_rest_length_m = 0.028;
         (port.pair_count, port.gap_m, port.handle_count) = (4, 0.008, 2);
         let k = 300.0;
-        for (handle, (mode, x)) in port.handles.iter_mut().zip([(HANDLE_HELD, 0.004), (HANDLE_FREE, -0.004)]) {
+        let taken = |holds| if holds { HANDLE_HELD } else { HANDLE_FREE };
+        let modes = [(taken(is_held), 0.004), (HANDLE_FREE, -0.004), (taken(second_holds), -0.03)];
+        for (handle, (mode, x)) in port.handles.iter_mut().zip(modes) {
             *handle = HandlePort {
                 position_m: [x, 0.0, 0.0],
                 stiffness_n_per_m: [k, 0.0, 0.0, k, 0.0, k],
@@ -70,7 +74,7 @@ impl StepRoom {
                 trust_radius_m: 0.02,
                 mass_kg: 0.002,
                 drag_n_s_per_m: 0.5,
-                mode: if is_held { mode } else { HANDLE_FREE },
+                mode,
                 ..HandlePort::EMPTY
             };
         }
@@ -112,8 +116,8 @@ impl ServoRoom for StepRoom {
         output.command
     }
 
-    fn show_second(&mut self, time: TickTime, sample: &DeviceSample) {
-        self.servo.show_second(time, sample);
+    fn tick_second(&mut self, time: TickTime, sample: &DeviceSample) -> DeviceCommand {
+        self.servo.tick_second(time, sample)
     }
 }
 
@@ -195,6 +199,11 @@ impl Rig {
     /// Lets go.
     pub(crate) fn let_go(&self) {
         self.shared.held.store(false, Ordering::Relaxed);
+    }
+
+    /// The second device takes a point of its own where it is.
+    pub(crate) fn hold_second(&self) {
+        self.shared.second_held.store(true, Ordering::Relaxed);
     }
 
     pub(crate) fn step(&self, ticks: u32) {

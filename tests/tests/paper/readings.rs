@@ -35,7 +35,7 @@ fn led(config: &SceneConfig, way_m: Vec3, steps: usize) -> Scene {
         let mut handles_m = [None; MAX_HANDLES];
         handles_m[0] = Some(start + way_m * share);
         let hand = HandInput { position_m: start, press_count: u32::from(step > 0), release_count: 0 };
-        scene.step(Some(&ServoInput { hand, port_epoch: scene.grips().epoch(), handles_m }));
+        scene.step(Some(&ServoInput { hand, second: None, port_epoch: scene.grips().epoch(), handles_m }));
     }
     scene
 }
@@ -217,7 +217,7 @@ fn algorithm1_as_printed_leaves_a_velocity_in_nodes_that_stand() {
         let mut scene = led(&config, Vec3::new(-0.004, 0.0, 0.0), 2000);
         let before = scene.solver().state().position_m.clone();
         let hand = HandInput { position_m: Vec3::zeros(), press_count: 1, release_count: 0 };
-        scene.step(Some(&ServoInput { hand, port_epoch: 0, handles_m: [None; MAX_HANDLES] }));
+        scene.step(Some(&ServoInput { hand, second: None, port_epoch: 0, handles_m: [None; MAX_HANDLES] }));
         let after = scene.solver().state();
         let period_s = scene.solver().params().period_s;
         let moved = before.iter().zip(&after.position_m).map(|(a, b)| (a - b).norm() / period_s).fold(0.0, f64::max);

@@ -1,8 +1,7 @@
 //! The tick of all devices, called by the library's scheduler: one callback for every device.
 //!
 //! Frames are begun and ended per device, the servo's tick runs between; the error stack is drained after the begin and
-//! after the end. The first device carries the servo's handles. The second is read and shown; its force is set to zero
-//! in every frame, since no tissue port exists for it. No heap, no lock, no log.
+//! after the end. The first device sutures, the second holds tissue. No heap, no lock, no log.
 //! Deliberately absent: starting and stopping the scheduler (`keeper.rs`).
 
 use super::arm::Arm;
@@ -60,12 +59,12 @@ impl FrameLoop {
                 *sample = arm.judge(hd, reading, time, latch, ring);
             }
         }
-        let command = room.tick(time, &samples[0]);
+        let mut forces = [room.tick(time, &samples[0]).force_n, Vec3::zeros()];
         if arms.len() > 1 {
-            room.show_second(time, &samples[1]);
+            forces[1] = room.tick_second(time, &samples[1]).force_n;
         }
-        for (i, arm) in arms.iter_mut().enumerate() {
-            arm.end(hd, if i == 0 { command.force_n } else { Vec3::zeros() });
+        for (arm, force_n) in arms.iter_mut().zip(forces) {
+            arm.end(hd, force_n);
         }
         drain(hd, arms, ring);
         if arms.first().is_some_and(|arm| arm.state() == DeviceState::Lost) { Ticked::Lost } else { Ticked::Well }
