@@ -9,7 +9,7 @@ use crate::codes;
 use crate::errors::{self, ErrorInfo};
 use crate::parameters::{self, Kind, LONGEST};
 use crate::scheduler::Callback;
-use crate::world::{current, make_current, world};
+use crate::world::{Timing, current, make_current, world};
 use haptic_server::device::openhaptics::ffi::{HdCallback, HdErrorInfo, HdFunctions};
 use std::ffi::{CStr, c_char, c_long, c_ulong, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -113,6 +113,9 @@ fn is_over(handle: u64) -> bool {
 exports! {
     fn hdInitDevice(name: *const c_char) -> u32 = codes::INVALID_HANDLE; {
         let mut world = world();
+        if world.timing == Timing::Real {
+            world.strike(protocol::ports::monotonic_ns());
+        }
         let Some(handle) = world.named(text(name)) else {
             world.errors.push(codes::DEVICE_FAULT, 0, codes::INVALID_HANDLE);
             return codes::INVALID_HANDLE;

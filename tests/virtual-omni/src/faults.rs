@@ -1,6 +1,6 @@
 //! Faults: what a test or a script can do to a device.
 //!
-//! A script is a list `SECONDS:FAULT`, separated by semicolons, seconds since the scheduler started:
+//! A script is a list `SECONDS:FAULT`, separated by semicolons, seconds since the first tick:
 //! `2:error=0x302;4.5:unplug;6:replug;7:warm=0.8;8:jump=20;9:garbage=4;10:freeze=30;11:uncalibrate;12:buttons=3`.
 //! Faults act on device 0. Deliberately absent: what a fault does (`device.rs`).
 

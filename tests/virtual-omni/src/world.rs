@@ -117,6 +117,8 @@ pub(crate) struct World {
     pub(crate) log: FrameLog,
     script: Script,
     scheduled_s: f64,
+    /// Time of the first tick, nanoseconds.
+    first_ns: Option<u64>,
 }
 
 static WORLD: Mutex<Option<World>> = Mutex::new(None);
@@ -207,6 +209,7 @@ impl World {
             log: FrameLog::new(setup.log.clone()),
             script: Script::parse(&setup.faults),
             scheduled_s: 0.0,
+            first_ns: None,
         }
     }
 
@@ -236,6 +239,7 @@ impl World {
 
     /// A tick begins: time has passed for every device, faults of the script strike.
     pub(crate) fn begin_tick(&mut self, dt_s: f64, now_ns: u64) -> u64 {
+        self.first_ns.get_or_insert(now_ns);
         self.pass(dt_s, now_ns);
         self.tick += 1;
         self.tick_began_ns = now_ns;
@@ -246,13 +250,23 @@ impl World {
     pub(crate) fn pass(&mut self, dt_s: f64, now_ns: u64) {
         self.now_ns = now_ns;
         self.scheduled_s += dt_s;
-        while let Some(fault) = self.script.due(self.scheduled_s) {
+        self.strike(now_ns);
+        for device in &mut self.devices {
+            device.pass(dt_s);
+        }
+    }
+
+    /// Faults of the script strike that are due: by the clock since the first tick, so that a cable comes back while nobody
+    /// ticks; by the ticks when a test makes them.
+    pub(crate) fn strike(&mut self, now_ns: u64) {
+        let since_s = match (self.timing, self.first_ns) {
+            (Timing::Real, Some(first_ns)) => now_ns.saturating_sub(first_ns) as f64 * 1e-9,
+            _ => self.scheduled_s,
+        };
+        while let Some(fault) = self.script.due(since_s) {
             if let Some(device) = self.devices.first_mut() {
                 device.suffer(fault);
             }
-        }
-        for device in &mut self.devices {
-            device.pass(dt_s);
         }
     }
 
