@@ -11,7 +11,7 @@ use crate::device::frame::SceneFromDevice;
 use crate::device::openhaptics::OpenHaptics;
 use crate::device::replay::ReplayDevice;
 use crate::device::simulated::{SimulatedDevice, SimulatedDeviceParams};
-use crate::device::{Device, PulledDevice};
+use crate::device::{Device, PulledDevice, firewire, hid};
 use crate::error::ServerError;
 use crate::hand::recorded::RecordedHand;
 use crate::hand::registration::{Registration, ScaleRule, WoundPlace};
@@ -38,6 +38,8 @@ pub struct RigChoice<'a> {
     pub length: RunLength,
     /// The OpenHaptics library, if it is not the system's.
     pub library: Option<&'a Path>,
+    /// What the rig knows of its device.
+    pub device_file: Option<&'a Path>,
 }
 
 /// A device, ready to run.
@@ -48,6 +50,8 @@ pub enum RigDevice {
     Replay(Box<ReplayDevice>),
     /// A real Omni or Touch.
     OpenHaptics(Box<OpenHaptics>),
+    /// A device on a wire of its own: HID or FireWire.
+    Wire(Box<dyn Device>),
 }
 
 /// Device and what is known about its hand.
@@ -68,6 +72,7 @@ impl RigDevice {
             Self::Simulated(device) => device,
             Self::Replay(device) => device,
             Self::OpenHaptics(device) => device,
+            Self::Wire(device) => device,
         }
     }
 
@@ -76,7 +81,7 @@ impl RigDevice {
         match self {
             Self::Simulated(device) => Some(device.as_mut()),
             Self::Replay(device) => Some(device.as_mut()),
-            Self::OpenHaptics(_) => None,
+            Self::OpenHaptics(_) | Self::Wire(_) => None,
         }
     }
 }
@@ -109,6 +114,14 @@ pub fn build(choice: &RigChoice<'_>) -> Result<Rig, ServerError> {
             tracing::info!("{}", device.description());
             let device = RigDevice::OpenHaptics(Box::new(device));
             Ok(Rig { device, registration: String::new(), ends_after_s: None })
+        }
+        (DeviceChoice::Hid(path), _) => {
+            let device = hid::open(path.as_deref(), choice.device_file, workspace_centre_m())?;
+            Ok(Rig { device: RigDevice::Wire(device), registration: String::new(), ends_after_s: None })
+        }
+        (DeviceChoice::Firewire, _) => {
+            let device = firewire::open(choice.device_file, workspace_centre_m())?;
+            Ok(Rig { device: RigDevice::Wire(device), registration: String::new(), ends_after_s: None })
         }
         (_, HandChoice::File(path)) => {
             let recorded = Recorded::read(path, choice.side, choice.length)?;
@@ -204,7 +217,14 @@ mod tests {
     use crate::exit;
 
     fn choice<'a>(device: &'a DeviceChoice, hand: &'a HandChoice) -> RigChoice<'a> {
-        RigChoice { device, hand, side: HandSide::Right, length: RunLength::OfTheHand, library: None }
+        RigChoice {
+            device,
+            hand,
+            side: HandSide::Right,
+            length: RunLength::OfTheHand,
+            library: None,
+            device_file: None,
+        }
     }
 
     #[test]
@@ -242,6 +262,11 @@ mod tests {
         assert_eq!(code(), Some(exit::NO_INPUT));
         std::fs::write(&path, "no,such,columns\n1,2,3\n").expect("written");
         assert_eq!(code(), Some(exit::BAD_DATA));
+        // No node has this name, whatever is attached.
+        let absent = DeviceChoice::Hid(Some(folder.path().join("hidraw9")));
+        let absent = build(&choice(&absent, &HandChoice::Synthetic)).err().expect("not there");
+        assert_eq!(absent.exit_code(), exit::UNAVAILABLE);
+        assert!(absent.to_string().contains("hidraw9"), "{absent}");
         let pointer = build(&choice(&DeviceChoice::Pointer, &HandChoice::Synthetic));
         assert_eq!(pointer.err().map(|e| e.exit_code()), Some(exit::UNAVAILABLE));
     }

@@ -5,6 +5,7 @@
 //! zero and ends. Nothing here goes through shared memory, so it works when that is damaged.
 
 use crate::cli::choice::{DeviceChoice, HandChoice, HandSide};
+use crate::cli::side_choice::SideChoice;
 use crate::servo::params::ServoConfig;
 use crate::standing::Standing;
 use crate::summary::RunSummary;
@@ -27,6 +28,10 @@ pub struct ServoSpec {
     pub device: DeviceChoice,
     /// The OpenHaptics library, if it is not the system's.
     pub openhaptics_library: Option<PathBuf>,
+    /// What the rig knows of its device.
+    pub device_file: Option<PathBuf>,
+    /// Foot switches and 3D mice.
+    pub side_inputs: Vec<SideChoice>,
     /// Who moves a simulated stylus.
     pub hand: HandChoice,
     /// Which hand of a recording holds the needle.
@@ -51,7 +56,7 @@ impl ServoSpec {
     pub fn hand_label(&self) -> String {
         match &self.device {
             DeviceChoice::Replay(path) => path.display().to_string(),
-            DeviceChoice::Openhaptics(_) => "operator".to_owned(),
+            DeviceChoice::Openhaptics(_) | DeviceChoice::Hid(_) | DeviceChoice::Firewire => "operator".to_owned(),
             _ => self.hand.to_string(),
         }
     }
@@ -166,6 +171,8 @@ mod tests {
             guarded_by: 7,
             device: DeviceChoice::Replay("a b.csv".into()),
             openhaptics_library: Some("lib.so".into()),
+            device_file: None,
+            side_inputs: vec![SideChoice::Pedal(None)],
             hand: HandChoice::Synthetic,
             hand_side: HandSide::Left,
             length: RunLength::OfTheHand,

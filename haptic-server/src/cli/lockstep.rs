@@ -32,6 +32,7 @@ pub(super) fn run(args: &LockstepArgs) -> Result<RunSummary, ServerError> {
         side: args.hand.hand_side,
         length: if args.duration.is_some() { RunLength::Given } else { RunLength::OfTheHand },
         library: None,
+        device_file: None,
     })?;
     let params = args.servo.as_deref().map_or_else(|| Ok(ServoConfig::default()), scene_file::servo_config)?;
     let params =

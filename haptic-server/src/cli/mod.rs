@@ -8,10 +8,12 @@ pub mod choice;
 pub mod dispatch;
 pub(crate) mod files;
 mod lockstep;
+pub mod side_choice;
 
 use crate::exit;
 use choice::{ControlChoice, DeviceChoice, HandChoice, HandSide, ProcedureChoice, SceneChoice};
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use side_choice::SideChoice;
 use std::path::PathBuf;
 
 /// Longest run that is accepted, seconds: a year.
@@ -187,6 +189,12 @@ pub struct RunArgs {
     /// The OpenHaptics library, if it is not where the vendor's installer puts it.
     #[arg(long, value_name = "FILE")]
     pub openhaptics_library: Option<PathBuf>,
+    /// What the rig knows of its device: the build of a HID arm, or the force scale of an Omni on FireWire.
+    #[arg(long, value_name = "FILE.toml")]
+    pub device_file: Option<PathBuf>,
+    /// Beside the device: pedal[:PATH] (force only while it is down) or space-mouse[:PATH]; may be given twice.
+    #[arg(long, value_name = "INPUT")]
+    pub side_input: Vec<SideChoice>,
     /// Who moves the stylus.
     #[command(flatten)]
     pub hand: HandArgs,

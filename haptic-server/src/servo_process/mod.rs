@@ -16,6 +16,7 @@ mod report;
 mod room;
 
 use crate::device::DeviceLimits;
+use crate::device::hid::side_input;
 use crate::device::notice::NoticeRing;
 use crate::error::ServerError;
 use crate::flight_record::FlightRecord;
@@ -71,8 +72,9 @@ pub fn run() -> Result<(), ServerError> {
         side: spec.hand_side,
         length: spec.length,
         library: spec.openhaptics_library.as_deref(),
+        device_file: spec.device_file.as_deref(),
     })?;
-    let device = device.into_device();
+    let device = side_input::attach(device.into_device(), &spec.side_inputs)?;
     let name = device.name().to_owned();
     let notices = device.notices();
     refuse_stiffness(&spec.servo, &device.limits())?;

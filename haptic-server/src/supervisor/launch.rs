@@ -51,6 +51,8 @@ pub(super) fn plan(args: &RunArgs) -> Result<Plan, ServerError> {
         guarded_by: std::process::id(),
         device: args.device.clone(),
         openhaptics_library: args.openhaptics_library.clone(),
+        device_file: args.device_file.clone(),
+        side_inputs: args.side_input.clone(),
         hand: args.hand.hand.clone(),
         hand_side: args.hand.hand_side,
         length: if args.duration.is_some() { RunLength::Given } else { RunLength::OfTheHand },

@@ -3,6 +3,7 @@
 //! | file | work |
 //! |---|---|
 //! | `pump` | the thread that reads, writes and opens again; the cells between it and the servo |
+//! | `arm` | state, ramp and sample of an arm, whatever its packets |
 //! | `watch` | silence, broken wire, garbage: what each means for the device |
 //! | `notice` | what the user is told |
 //!
@@ -11,6 +12,7 @@
 //! another one; [`drive`] is that loop, the same against a thread or, in tests, against a scripted peer.
 //! Deliberately absent: what a packet means (`hid`, `firewire`).
 
+pub mod arm;
 pub mod notice;
 pub mod pump;
 pub mod watch;
@@ -107,6 +109,8 @@ pub struct Arrival {
     pub broken: Option<WireError>,
     /// The newest packet since the last tick.
     pub newest: Option<Packet>,
+    /// Sound packets since start.
+    pub sound: u64,
     /// Packets refused since start.
     pub refused: u64,
 }
@@ -134,13 +138,24 @@ pub trait WireDriver: Send {
 /// The servo's loop over a wire. The last packet has no force.
 pub fn drive<D: WireDriver>(driver: &mut D, link: &mut dyn Link, room: &mut dyn ServoRoom, ring: &NoticeRing) {
     while let Some(time) = room.wait() {
-        let arrival = link.take();
-        let latch = if room.is_latched() { Latch::Closed } else { Latch::Open };
-        let sample = driver.sample(time, &arrival, latch, ring);
-        let command = room.tick(time, &sample);
-        link.put(&driver.packet(command.force_n));
+        turn(driver, link, room, ring, time);
     }
     link.put(&driver.rest());
+}
+
+/// One tick of [`drive`].
+pub fn turn<D: WireDriver>(
+    driver: &mut D,
+    link: &mut dyn Link,
+    room: &mut dyn ServoRoom,
+    ring: &NoticeRing,
+    time: TickTime,
+) {
+    let arrival = link.take();
+    let latch = if room.is_latched() { Latch::Closed } else { Latch::Open };
+    let sample = driver.sample(time, &arrival, latch, ring);
+    let command = room.tick(time, &sample);
+    link.put(&driver.packet(command.force_n));
 }
 
 /// A device on a wire.

@@ -28,7 +28,7 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(8);
 #[derive(Clone, Copy, Debug)]
 struct Inbound {
     packet: Packet,
-    count: u64,
+    sound: u64,
     refused: u64,
     generation: u32,
     broken: Option<WireError>,
@@ -62,7 +62,7 @@ impl Drop for StopAtTheEnd {
 /// Both ends of the cells; `rest` is sent first.
 #[must_use]
 pub fn cells(rest: Packet) -> (CellLink, PumpEnds) {
-    let state = Inbound { packet: Packet::new(&[]), count: 0, refused: 0, generation: 0, broken: None };
+    let state = Inbound { packet: Packet::new(&[]), sound: 0, refused: 0, generation: 0, broken: None };
     let (inbound_in, inbound_out) = triple_buffer(&state);
     let (outbound_in, outbound_out) = triple_buffer(&rest);
     let stop = Arc::new(AtomicBool::new(false));
@@ -81,12 +81,13 @@ impl CellLink {
 impl Link for CellLink {
     fn take(&mut self) -> Arrival {
         let inbound = *self.inbound.read();
-        let is_new = inbound.count != self.seen;
-        self.seen = inbound.count;
+        let is_new = inbound.sound != self.seen;
+        self.seen = inbound.sound;
         Arrival {
             generation: inbound.generation,
             broken: inbound.broken,
             newest: is_new.then_some(inbound.packet),
+            sound: inbound.sound,
             refused: inbound.refused,
         }
     }
@@ -101,6 +102,8 @@ impl Link for CellLink {
 pub struct Drained {
     /// The newest sound packet.
     pub newest: Option<Packet>,
+    /// Sound packets.
+    pub sound: u64,
     /// Packets that were none.
     pub refused: u64,
 }
@@ -118,7 +121,10 @@ pub fn drain(port: &mut dyn WirePort, is_sound: fn(&[u8]) -> bool, wait: Duratio
         wait = Duration::ZERO;
         match &buffer[..len] {
             [] => break,
-            bytes if is_sound(bytes) => drained.newest = Some(Packet::new(bytes)),
+            bytes if is_sound(bytes) => {
+                drained.newest = Some(Packet::new(bytes));
+                drained.sound += 1;
+            }
             _ => drained.refused += 1,
         }
     }
@@ -177,7 +183,7 @@ impl<O: Opener> Pump<'_, O> {
                 self.tell(|state| {
                     state.refused += drained.refused;
                     if let Some(packet) = drained.newest {
-                        (state.packet, state.count) = (packet, state.count + 1);
+                        (state.packet, state.sound) = (packet, state.sound + drained.sound);
                     }
                 });
             }

@@ -118,7 +118,7 @@ mod tests {
     use crate::device::notice::NOTICES;
     use crate::device::wire::WireError;
 
-    const NOTHING: Arrival = Arrival { generation: 0, broken: None, newest: None, refused: 0 };
+    const NOTHING: Arrival = Arrival { generation: 0, broken: None, newest: None, sound: 0, refused: 0 };
 
     fn packet() -> Arrival {
         Arrival { newest: Some(Packet::new(&[1])), ..NOTHING }

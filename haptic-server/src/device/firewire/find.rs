@@ -1,0 +1,79 @@
+//! Which nodes of the bus are Omnis: the kernel's list under `/sys/bus/firewire/devices`.
+//!
+//! A node shows `guid` (its upper 24 bits are the maker) and `vendor`; its character device has the same name under `/dev`.
+//! Deliberately absent: opening it.
+
+use super::registers::{is_omni_guid, is_omni_vendor};
+use std::path::{Path, PathBuf};
+
+/// Where the kernel lists the nodes.
+pub const LIST: &str = "/sys/bus/firewire/devices";
+
+/// An Omni on the bus.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Found {
+    /// Its character device.
+    pub node: PathBuf,
+    /// Its 64-bit identification as the kernel prints it.
+    pub guid: String,
+}
+
+/// Why there is none.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NoOmni {
+    /// No bus.
+    #[error(
+        "this machine has no FireWire bus ({LIST} is missing); fit a FireWire card, load the module firewire-ohci, and \
+         plug the Omni into its second port"
+    )]
+    NoBus,
+    /// No Omni on it.
+    #[error(
+        "no PHANTOM Omni (maker 000b99) on the FireWire bus, {0} other nodes under {LIST}; switch the Omni on and use its \
+         second port"
+    )]
+    NotThere(usize),
+}
+
+/// The first Omni of the list.
+///
+/// # Errors
+/// [`NoOmni`] says what is missing.
+pub fn find(list: &Path) -> Result<Found, NoOmni> {
+    let mut nodes: Vec<PathBuf> =
+        std::fs::read_dir(list).map_err(|_| NoOmni::NoBus)?.flatten().map(|entry| entry.path()).collect();
+    nodes.sort();
+    let read = |node: &Path, name: &str| std::fs::read_to_string(node.join(name)).unwrap_or_default();
+    // Units of a node have a dot in their name and no device of their own.
+    nodes.retain(|node| node.file_name().is_some_and(|name| !name.to_string_lossy().contains('.')));
+    let omni = nodes.iter().find(|node| is_omni_guid(&read(node, "guid")) || is_omni_vendor(&read(node, "vendor")));
+    let omni = omni.ok_or(NoOmni::NotThere(nodes.len()))?;
+    let name = omni.file_name().unwrap_or_default();
+    Ok(Found { node: Path::new("/dev").join(name), guid: read(omni, "guid").trim().to_owned() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn node(list: &Path, name: &str, guid: &str, vendor: &str) {
+        std::fs::create_dir_all(list.join(name)).expect("folder");
+        std::fs::write(list.join(name).join("guid"), guid).expect("file");
+        std::fs::write(list.join(name).join("vendor"), vendor).expect("file");
+    }
+
+    #[test]
+    fn an_omni_is_found_among_other_nodes_and_its_absence_told() {
+        let folder = tempfile::tempdir().expect("folder");
+        let list = folder.path();
+        assert_eq!(find(&list.join("none")), Err(NoOmni::NoBus));
+        node(list, "fw0", "0x0011060000123456\n", "0x001106\n");
+        node(list, "fw1.0", "0x000b990000000001\n", "0x000b99\n");
+        let absent = find(list).expect_err("a host and a unit only");
+        assert_eq!(absent, NoOmni::NotThere(1));
+        assert!(absent.to_string().contains("second port"));
+        node(list, "fw1", "0x000b990000000001\n", "0x000b99\n");
+        let found = find(list).expect("there");
+        assert_eq!((found.node.to_str(), found.guid.as_str()), (Some("/dev/fw1"), "0x000b990000000001"));
+    }
+}
