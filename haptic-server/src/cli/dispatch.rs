@@ -4,6 +4,7 @@
 //! stderr. A closed stdout (`| head`) is no error.
 
 use super::{Command, SceneCommand, ServerCli, SolverCli, files, lockstep, parse};
+use crate::device::firewire;
 use crate::error::ServerError;
 use crate::exit;
 use crate::summary::RunSummary;
@@ -67,6 +68,7 @@ fn execute(command: Command) -> Result<(), ServerError> {
             clap_complete::generate(shell, &mut ServerCli::command(), "haptic-server", &mut script);
             print(&String::from_utf8_lossy(&script))
         }
+        Command::CalibrateForce { out } => print(&firewire::calibrate_force(&out)?),
         Command::Session { action } => session::send(action),
         Command::Convert { input, output } => {
             let converted = convert::run(&input, &output)?;

@@ -83,6 +83,12 @@ pub enum Command {
         /// The shell it is for.
         shell: clap_complete::Shell,
     },
+    /// Measures the force scale of an Omni on FireWire with a spring scale, question by question.
+    CalibrateForce {
+        /// File to write; give it to `run` with --device-file.
+        #[arg(long, value_name = "FILE.toml")]
+        out: PathBuf,
+    },
     /// Tells a running server what the session shall do.
     Session {
         /// The command.

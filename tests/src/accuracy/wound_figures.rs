@@ -54,6 +54,7 @@ pub fn suture(scene: &str, control: ControlReading) -> Option<Sutured> {
         side: HandSide::default(),
         length: RunLength::OfTheHand,
         library: None,
+        device_file: None,
     })
     .ok()?;
     lockstep::run(LockstepJob {

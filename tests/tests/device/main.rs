@@ -4,11 +4,17 @@
 //! the whole program live. No test asserts a time of the wall clock.
 
 mod faults;
+mod firewire;
+mod firewire_node;
+mod hid;
+mod hid_peer;
 mod interface;
 mod kinematics;
 mod live;
 mod order;
 mod rig;
+mod uhid;
+mod wire_rig;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 

@@ -56,31 +56,37 @@ impl StepRoom {
             return None;
         }
         self.sequence += 1;
-        let is_held = self.shared.held.load(Ordering::Relaxed);
-        let second_holds = self.shared.second_held.load(Ordering::Relaxed);
-        let mut port = TissuePort::EMPTY;
-        port.epoch = 1 + u32::from(is_held) + 2 * u32::from(second_holds);
-        (port.publish_ns, port.valid_ns) = (self.now_ns, self.now_ns);
-        port.line_rest_length_m = 0.028;
-        (port.pair_count, port.gap_m, port.handle_count) = (4, 0.008, 2);
-        let k = 300.0;
-        let taken = |holds| if holds { HANDLE_HELD } else { HANDLE_FREE };
-        let modes = [(taken(is_held), 0.004), (HANDLE_FREE, -0.004), (taken(second_holds), -0.03)];
-        for (handle, (mode, x)) in port.handles.iter_mut().zip(modes) {
-            *handle = HandlePort {
-                position_m: [x, 0.0, 0.0],
-                stiffness_n_per_m: [k, 0.0, 0.0, k, 0.0, k],
-                one_ring_n_per_m: [3.0 * k, 0.0, 0.0, 3.0 * k, 0.0, 3.0 * k],
-                trust_radius_m: 0.02,
-                mass_kg: 0.002,
-                drag_n_s_per_m: 0.5,
-                mode,
-                ..HandlePort::EMPTY
-            };
-        }
-        port.stamp(self.sequence, self.now_ns);
-        Some(port)
+        let held = |hand: &AtomicBool| hand.load(Ordering::Relaxed);
+        let hands = [held(&self.shared.held), held(&self.shared.second_held)];
+        Some(hand_made_port(self.now_ns, self.sequence, hands))
     }
+}
+
+/// A solver's answer: one point for each hand, held on a spring or free.
+pub(crate) fn hand_made_port(now_ns: u64, sequence: u64, held: [bool; 2]) -> TissuePort {
+    let [first_holds, second_holds] = held;
+    let mut port = TissuePort::EMPTY;
+    port.epoch = 1 + u32::from(first_holds) + 2 * u32::from(second_holds);
+    (port.publish_ns, port.valid_ns) = (now_ns, now_ns);
+    port.line_rest_length_m = 0.028;
+    (port.pair_count, port.gap_m, port.handle_count) = (4, 0.008, 2);
+    let k = 300.0;
+    let taken = |holds| if holds { HANDLE_HELD } else { HANDLE_FREE };
+    let modes = [(taken(first_holds), 0.004), (HANDLE_FREE, -0.004), (taken(second_holds), -0.03)];
+    for (handle, (mode, x)) in port.handles.iter_mut().zip(modes) {
+        *handle = HandlePort {
+            position_m: [x, 0.0, 0.0],
+            stiffness_n_per_m: [k, 0.0, 0.0, k, 0.0, k],
+            one_ring_n_per_m: [3.0 * k, 0.0, 0.0, 3.0 * k, 0.0, 3.0 * k],
+            trust_radius_m: 0.02,
+            mass_kg: 0.002,
+            drag_n_s_per_m: 0.5,
+            mode,
+            ..HandlePort::EMPTY
+        };
+    }
+    port.stamp(sequence, now_ns);
+    port
 }
 
 impl ServoRoom for StepRoom {

@@ -135,6 +135,7 @@ fn sutured(config: &SceneConfig, seconds: f64) -> RunSummary {
         side: HandSide::Right,
         length: RunLength::Given,
         library: None,
+        device_file: None,
     };
     let mut rig = rig::build(&choice).expect("needs nothing");
     lockstep::run(LockstepJob {

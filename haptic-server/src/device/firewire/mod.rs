@@ -5,13 +5,17 @@
 //! | `registers` | addresses, identification, serial number |
 //! | `packet`, `sequence` | what goes over the two isochronous channels, and in which order |
 //! | `find`, `node`, `event`, `ioctl` | the kernel's list, character device, events and requests |
+//! | `calibrate`, `fit`, `bench` | `haptic-server calibrate-force`: questions, least squares, motors |
 //! | `session` | the talk that starts and stops the packets |
 //! | `arm` | from packet to sample; from force to motors, if there is a scale |
 //! | `force_scale` | the file that says what a count of the motors' converters is worth |
 
 pub mod arm;
+mod bench;
+pub mod calibrate;
 mod event;
 pub mod find;
+pub mod fit;
 pub mod force_scale;
 mod ioctl;
 pub mod node;
@@ -25,6 +29,8 @@ use super::frame::SceneFromDevice;
 use super::wire::{Opener, WireDevice, WireDriver, WireError};
 use crate::error::ServerError;
 use arm::FireWireOmni;
+use bench::FireWireBench;
+use calibrate::CalibrateError;
 use find::Found;
 use force_scale::ForceScaleFile;
 use node::{CdevNode, NodeOpener};
@@ -75,4 +81,40 @@ pub fn first(found: &Found, opener: &mut NodeOpener) -> Result<Session<CdevNode>
             _ => ServerError::Unavailable(place),
         }
     })
+}
+
+impl From<CalibrateError> for ServerError {
+    fn from(error: CalibrateError) -> Self {
+        match error {
+            CalibrateError::Fit(_) | CalibrateError::Implausible(_) => Self::BadData(error.to_string()),
+            CalibrateError::Quit | CalibrateError::NoAnswer(_) => Self::Usage(error.to_string()),
+            CalibrateError::Talk(_) | CalibrateError::Device(_) => Self::Unavailable(error.to_string()),
+        }
+    }
+}
+
+/// `haptic-server calibrate-force`: asks on the terminal, writes a new file, says what was written.
+///
+/// # Errors
+/// 69 without an Omni, 64 when the person ends it, 65 for readings that give no scale, 77 for a file that cannot be written.
+pub fn calibrate_force(out: &Path) -> Result<String, ServerError> {
+    if out.exists() {
+        return Err(ServerError::Usage(format!("{} is there already; name another file", out.display())));
+    }
+    let (found, mut opener) = attached()?;
+    let session = first(&found, &mut opener)?;
+    let serial = session.serial().to_owned();
+    let mut bench = FireWireBench::new(&serial, session)
+        .map_err(|e| ServerError::Unavailable(format!("cannot start a thread: {e}; raise the limit of processes")))?;
+    let file = calibrate::calibrate(&mut bench, &mut std::io::stdin().lock(), &mut std::io::stderr().lock())?;
+    let text = toml::to_string(&file).map_err(|e| ServerError::Internal(format!("cannot write the scale: {e}")))?;
+    std::fs::write(out, text).map_err(|e| {
+        ServerError::Permission(format!("{}: cannot write: {e}; name a place that you may write to", out.display()))
+    })?;
+    Ok(format!(
+        "{} written for serial number {serial}: at most {:.2} N. Use it with --device firewire --device-file {}\n",
+        out.display(),
+        file.max_force_n,
+        out.display()
+    ))
 }

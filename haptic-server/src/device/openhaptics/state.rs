@@ -136,6 +136,8 @@ impl Machine {
 
     fn next(&mut self, situation: &Situation) -> DeviceState {
         self.notes = if situation.worst == Some(Reaction::Note) { self.notes + 1 } else { 0 };
+        // Before anything returns: an answer that comes with an error is an answer all the same.
+        self.calibrated = situation.calibration.map_or(self.calibrated, |c| c == Calibration::Good);
         match situation.worst {
             _ if self.state == DeviceState::Lost => return DeviceState::Lost,
             Some(Reaction::Lose) => return DeviceState::Lost,
@@ -143,7 +145,6 @@ impl Machine {
             Some(Reaction::Note) if self.notes >= NOTES_TO_TRIP => return DeviceState::Tripped,
             _ => {}
         }
-        self.calibrated = situation.calibration.map_or(self.calibrated, |c| c == Calibration::Good);
         match (self.state, self.calibrated, situation.latch) {
             (DeviceState::Initialised, _, _) if situation.calibration.is_none() => DeviceState::Initialised,
             (DeviceState::Tripped, true, Latch::Open) if self.latched => DeviceState::Ready,
@@ -243,6 +244,16 @@ mod tests {
             machine.tick(&Situation { worst: Some(Reaction::Cool), ..QUIET });
         }
         assert_eq!(machine.state(), DeviceState::ForcesOn);
+    }
+
+    #[test]
+    fn an_answer_about_the_calibration_that_comes_with_a_trip_is_not_lost() {
+        let mut machine = forces_on();
+        machine.tick(&Situation { worst: Some(Reaction::Trip), ..QUIET });
+        let lost = Some(Calibration::NeedsHand);
+        machine.tick(&Situation { calibration: lost, worst: Some(Reaction::Trip), latch: Latch::Closed, ..QUIET });
+        machine.tick(&Situation { calibration: None, ..QUIET });
+        assert_eq!(machine.state(), DeviceState::NeedsCalibration);
     }
 
     proptest! {

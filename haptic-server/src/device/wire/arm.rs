@@ -2,7 +2,7 @@
 //!
 //! The state machine is that of the OpenHaptics driver (`openhaptics::state`): initialised → needs calibration → ready →
 //! forces on, with the ramp of half a second; lost for as long as the wire is. Velocity is our own filter's, over the time
-//! between packets. Metres, seconds, device frame in, scene frame out.
+//! between packets; a jump is passed on to the servo's gate, which refuses it, but not into the filter. Metres, seconds, device frame in, scene frame out.
 //! Deliberately absent: packets and calibration (`hid`, `firewire`).
 
 use super::Arrival;
@@ -14,6 +14,11 @@ use crate::device::openhaptics::state::{Calibration, DeviceState, Latch, Machine
 use crate::device::velocity_filter::VelocityFilter;
 use crate::device::{DeviceSample, SampleQuality, TickTime};
 use sim_core::vector::{Mat3, Vec3};
+
+/// A larger way in a tick is a jump, metres (as the servo's gate has it by default).
+const JUMP_M: f64 = 0.005;
+/// So many jumps in a row are a new place.
+const JUMPS: u32 = 3;
 
 /// A pose in the device's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +39,8 @@ pub struct WireArm {
     machine: Machine,
     filter: VelocityFilter,
     since_packet_s: f64,
+    /// Last place that was no jump, and jumps since.
+    place: Option<(Vec3, u32)>,
     last: DeviceSample,
 }
 
@@ -47,6 +54,7 @@ impl WireArm {
             machine: Machine::opened(),
             filter: VelocityFilter::default(),
             since_packet_s: 0.0,
+            place: None,
             last: DeviceSample::resting(frame.translation_m()),
         }
     }
@@ -93,11 +101,10 @@ impl WireArm {
         self.last = DeviceSample { time_ns: time.now_ns, quality, ..self.last };
         if let Some(pose) = pose {
             let position_m = self.frame.point(pose.position_m);
-            self.last.velocity_m_per_s = self.filter.update(position_m, self.since_packet_s);
+            self.follow(position_m);
             self.last.position_m = position_m;
             self.last.orientation = self.frame.orientation(&pose.rotation);
             self.last.buttons = pose.buttons;
-            self.since_packet_s = 0.0;
         }
         if matches!(quality, SampleQuality::Stale | SampleQuality::Lost) {
             self.last.velocity_m_per_s = Vec3::zeros();
@@ -108,6 +115,24 @@ impl WireArm {
     /// The position is about to jump: the motion so far is forgotten.
     pub fn forget_motion(&mut self) {
         self.filter = VelocityFilter::default();
+        self.place = None;
+        self.since_packet_s = 0.0;
+    }
+
+    /// The velocity, unless this is a jump.
+    fn follow(&mut self, position_m: Vec3) {
+        if let Some((place_m, jumps)) = &mut self.place {
+            let ticks = (self.since_packet_s / 1e-3).max(1.0);
+            if (position_m - *place_m).norm() > JUMP_M * ticks && *jumps < JUMPS {
+                *jumps += 1;
+                return;
+            }
+            if *jumps >= JUMPS {
+                self.filter = VelocityFilter::default();
+            }
+        }
+        self.last.velocity_m_per_s = self.filter.update(position_m, self.since_packet_s);
+        self.place = Some((position_m, 0));
         self.since_packet_s = 0.0;
     }
 
