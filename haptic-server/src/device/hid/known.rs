@@ -5,7 +5,7 @@
 //! | open HID arm (WoodenHaptics, Polhem) | 16c0:0486, older 1234:0006 | driven: `--device hid` |
 //! | Touch HID | 2988:0304 | through OpenHaptics only: its interface authenticates the vendor's driver |
 //! | SpaceMouse and kin | 256f:*, older 046d:c603–c62b | side input |
-//! | foot switch | 0c45:7403, 0c45:7404, 1a86:e026, 3553:b001 | side input |
+//! | foot switch | 0c45:7403, 0c45:7404, 413d:2107, 1a86:e026, 3553:b001 | side input |
 //!
 //! 16c0:0486 belongs to every board with the same raw-HID firmware base, 1234:0006 to nobody: only the usage page or the
 //! user can say that such a device is an arm.
@@ -57,7 +57,7 @@ pub fn role_of(vendor: u16, product: u16) -> Option<HidRole> {
         (0x16c0, 0x0486) | (0x1234, 0x0006) => Some(HidRole::Arm),
         (0x2988, 0x0304) => Some(HidRole::TouchHid),
         (0x256f, _) | (0x046d, 0xc603..=0xc62b) => Some(HidRole::SpaceMouse),
-        (0x0c45, 0x7403 | 0x7404) | (0x1a86, 0xe026) | (0x3553, 0xb001) => Some(HidRole::Pedal),
+        (0x0c45, 0x7403 | 0x7404) | (0x413d, 0x2107) | (0x1a86, 0xe026) | (0x3553, 0xb001) => Some(HidRole::Pedal),
         _ => None,
     }
 }

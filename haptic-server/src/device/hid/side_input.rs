@@ -182,7 +182,7 @@ impl Device for WithSideInputs {
     }
 
     fn run(&mut self, room: &mut dyn ServoRoom) {
-        let mut side = SideRoom { room, levels: &self.levels, ring: &self.ring, told: None };
+        let mut side = SideRoom { room, levels: &self.levels, ring: &self.ring, told: None, is_allowed: false };
         self.device.run(&mut side);
     }
 
@@ -224,6 +224,8 @@ struct SideRoom<'a> {
     levels: &'a SideLevels,
     ring: &'a NoticeRing,
     told: Option<bool>,
+    /// Of this tick: a second device follows the first.
+    is_allowed: bool,
 }
 
 impl ServoRoom for SideRoom<'_> {
@@ -245,21 +247,35 @@ impl ServoRoom for SideRoom<'_> {
 
     fn tick(&mut self, time: TickTime, sample: &DeviceSample) -> DeviceCommand {
         let levels = self.levels.read();
-        let is_allowed = allows_force(levels);
-        if levels & PEDAL_WANTED != 0 && self.told != Some(is_allowed) {
-            self.told = Some(is_allowed);
-            if is_allowed { WireNotice::DeadmanHeld } else { WireNotice::DeadmanReleased }.tell(self.ring);
+        self.is_allowed = allows_force(levels);
+        if levels & PEDAL_WANTED != 0 && self.told != Some(self.is_allowed) {
+            self.told = Some(self.is_allowed);
+            if self.is_allowed { WireNotice::DeadmanHeld } else { WireNotice::DeadmanReleased }.tell(self.ring);
         }
-        let mut sample = DeviceSample { buttons: sample.buttons | levels & BUTTONS, ..*sample };
-        if !is_allowed && matches!(sample.quality, SampleQuality::Fresh | SampleQuality::Stale) {
-            sample.quality = SampleQuality::Unready;
-        }
+        let sample = DeviceSample { buttons: sample.buttons | levels & BUTTONS, ..self.gated(sample) };
         let command = self.room.tick(time, &sample);
-        if is_allowed { command } else { DeviceCommand { force_n: Vec3::zeros() } }
+        self.within(command)
     }
 
-    fn show_second(&mut self, time: TickTime, sample: &DeviceSample) {
-        self.room.show_second(time, sample);
+    fn tick_second(&mut self, time: TickTime, sample: &DeviceSample) -> DeviceCommand {
+        let sample = self.gated(sample);
+        let command = self.room.tick_second(time, &sample);
+        self.within(command)
+    }
+}
+
+impl SideRoom<'_> {
+    fn gated(&self, sample: &DeviceSample) -> DeviceSample {
+        match sample.quality {
+            SampleQuality::Fresh | SampleQuality::Stale if !self.is_allowed => {
+                DeviceSample { quality: SampleQuality::Unready, ..*sample }
+            }
+            _ => *sample,
+        }
+    }
+
+    fn within(&self, command: DeviceCommand) -> DeviceCommand {
+        if self.is_allowed { command } else { DeviceCommand { force_n: Vec3::zeros() } }
     }
 }
 
@@ -298,14 +314,16 @@ mod tests {
             ForceStage::new(SafetyParams::default(), 1e-3).release(Vec3::x(), 1.0).command
         }
 
-        fn show_second(&mut self, _time: TickTime, _sample: &DeviceSample) {}
+        fn tick_second(&mut self, time: TickTime, sample: &DeviceSample) -> DeviceCommand {
+            self.tick(time, sample)
+        }
     }
 
     #[test]
     fn without_the_foot_there_is_no_force_and_buttons_are_added() {
         let (levels, ring) = (SideLevels::default(), NoticeRing::new(NOTICES));
         let mut room = Pushing { ticks: 0, seen: Vec::new() };
-        let mut side = SideRoom { room: &mut room, levels: &levels, ring: &ring, told: None };
+        let mut side = SideRoom { room: &mut room, levels: &levels, ring: &ring, told: None, is_allowed: false };
         let time = side.wait().expect("always");
         let sample = DeviceSample { buttons: 1, quality: SampleQuality::Fresh, ..DeviceSample::resting(Vec3::x()) };
         let mut mouse = MouseState::default();
@@ -313,6 +331,7 @@ mod tests {
         levels.take(HidRole::SpaceMouse, &mut mouse, &[3, 0b10]);
         levels.want_pedal();
         assert_eq!(side.tick(time, &sample).force_n, Vec3::zeros(), "at once");
+        assert_eq!(side.tick_second(time, &sample).force_n, Vec3::zeros(), "for both hands");
         levels.take(HidRole::Pedal, &mut mouse, &[0, 0, 4, 0, 0, 0, 0, 0]);
         assert!(side.tick(time, &sample).force_n.x > 0.0);
         levels.lose(HidRole::Pedal);
@@ -322,7 +341,7 @@ mod tests {
         side.tick(time, &lost);
         let seen: Vec<_> = room.seen.iter().map(|s| (s.buttons, s.quality)).collect();
         let (fresh, unready) = (SampleQuality::Fresh, SampleQuality::Unready);
-        assert_eq!(seen, [(1, fresh), (3, unready), (3, fresh), (3, unready), (1, SampleQuality::Lost)]);
+        assert_eq!(seen, [(1, fresh), (3, unready), (1, unready), (3, fresh), (3, unready), (1, SampleQuality::Lost)]);
         let told: Vec<String> = std::iter::from_fn(|| ring.pop()).map(|n| n.what.to_string()).collect();
         assert_eq!(told.len(), 3, "{told:?}");
         assert!(told[0].contains("is up: no force"));
