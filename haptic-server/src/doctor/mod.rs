@@ -55,7 +55,11 @@ pub fn run(args: &DoctorArgs) -> Result<Report, ServerError> {
     checks.push(space::shared_memory(space::space_of("/dev/shm")));
     checks.push(space::open_files(&machine));
     checks.extend(space::runs(&Environment::of_process()));
-    let program = |name| beside_this_program(name).map_err(|e| e.to_string());
+    let program = |name| match beside_this_program(name) {
+        Ok(path) if path.is_file() => Ok(path),
+        Ok(path) => Err(format!("{} is not there", path.display())),
+        Err(error) => Err(error.to_string()),
+    };
     checks.push(space::programs(program("deformation-solver"), program("viewer-client")));
     checks.push(locale::check(&machine));
     checks.push(openhaptics::library(args.openhaptics_library.as_deref(), &library));

@@ -3,6 +3,7 @@
 //! Interface and kinematics of the virtual library, the driver against it step by step with every error and fault, and
 //! the whole program live. No test asserts a time of the wall clock.
 
+mod doctor;
 mod faults;
 mod firewire;
 mod firewire_node;
