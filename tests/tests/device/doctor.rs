@@ -44,7 +44,10 @@ fn the_virtual_library_is_well_and_a_missing_one_is_named_with_its_remedy() {
         "openhaptics_config",
         "gpu",
     ] {
-        assert!(["ok", "warn", "fail"].contains(&row(&document, name)["status"].as_str().unwrap_or_default()), "{name}");
+        assert!(
+            ["ok", "warn", "fail"].contains(&row(&document, name)["status"].as_str().unwrap_or_default()),
+            "{name}"
+        );
     }
     assert!(document["grade"].is_string());
 
