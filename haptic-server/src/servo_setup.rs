@@ -12,6 +12,7 @@ use hdrhistogram::{CreationError, Histogram};
 use protocol::tissue_port::TissuePort;
 use protocol::wire::Field;
 use rtrb::{Consumer, Producer, RingBuffer};
+use std::convert::Infallible;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use triple_buffer::{Input, Output, triple_buffer};
@@ -51,14 +52,40 @@ pub struct ServoLinks {
     pub lost_records: AtomicU64,
 }
 
-/// The servo thread's ends.
+/// A ring had no room.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RingFull;
+
+/// Where ticks go that a recording shall have.
+pub trait TickRing {
+    /// Takes a tick.
+    ///
+    /// # Errors
+    /// There is no room; the tick is lost.
+    fn put(&mut self, tick: TickRecord) -> Result<(), RingFull>;
+}
+
+impl TickRing for Producer<TickRecord> {
+    fn put(&mut self, tick: TickRecord) -> Result<(), RingFull> {
+        self.push(tick).map_err(|_| RingFull)
+    }
+}
+
+/// No recording by type: what is compiled for it has no branch for one.
+impl TickRing for Infallible {
+    fn put(&mut self, _: TickRecord) -> Result<(), RingFull> {
+        match *self {}
+    }
+}
+
+/// The servo thread's ends; `R` takes ticks for a recording, if there is one.
 #[derive(Debug)]
-pub struct RoomEnds {
+pub struct RoomEnds<R = Producer<TickRecord>> {
     /// Newest tissue port.
     pub(crate) ports: Output<TissuePort>,
     events: Producer<ServoEvent>,
     flight: Producer<TickRecord>,
-    record: Option<Producer<TickRecord>>,
+    record: Option<R>,
     links: Arc<ServoLinks>,
 }
 
@@ -111,6 +138,15 @@ impl ServoLinks {
 }
 
 impl RoomEnds {
+    /// The same ends in a form that cannot record: the measure of what a recording that is absent costs.
+    #[must_use]
+    pub fn without_recording(self) -> RoomEnds<Infallible> {
+        let Self { ports, events, flight, links, .. } = self;
+        RoomEnds { ports, events, flight, record: None, links }
+    }
+}
+
+impl<R: TickRing> RoomEnds<R> {
     /// Flags and counters.
     pub(crate) fn links(&self) -> &ServoLinks {
         &self.links
@@ -127,7 +163,7 @@ impl RoomEnds {
             self.links.lost_events.fetch_add(lost, Ordering::Relaxed);
         }
         let _gap = self.flight.push(*tick);
-        if self.record.as_mut().is_some_and(|ring| ring.push(*tick).is_err()) {
+        if self.record.as_mut().is_some_and(|ring| ring.put(*tick).is_err()) {
             self.links.lost_records.fetch_add(1, Ordering::Relaxed);
         }
         self.links.ticks.store(tick.state.ticks, Ordering::Relaxed);

@@ -1,6 +1,7 @@
 //! The suture simulator of Zhang et al. as pure functions of their inputs: no clock, file, socket,
 //! environment or random source; equal inputs give equal bits.
 
+pub mod absent;
 pub mod finite;
 pub mod kinematics;
 pub mod scene;

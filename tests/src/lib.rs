@@ -6,6 +6,7 @@ pub mod accuracy;
 pub mod closed_forms;
 pub mod generators;
 pub mod harness;
+pub mod instructions;
 pub mod kernels;
 pub mod processes;
 pub mod reference;

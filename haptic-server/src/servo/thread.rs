@@ -14,16 +14,17 @@ use crate::servo::params::{ServoParams, to_ns};
 use crate::servo::state_machine::Mode;
 use crate::servo::stats::{ServoStats, TickTimes};
 use crate::servo::tick::{Orders, Servo, StopOrder, TickInput};
-use crate::servo_setup::RoomEnds;
+use crate::servo_setup::{RoomEnds, TickRing};
 use protocol::servo_state::ServoState;
+use rtrb::Producer;
 use rustix::thread::ClockId as SleepClock;
 use rustix::time::{ClockId, Timespec};
 use std::sync::atomic::Ordering;
 
 /// The servo against the wall clock. `sink` publishes `servo_state`: no heap, no lock, no system call.
-pub struct LiveRoom<S> {
+pub struct LiveRoom<S, R = Producer<TickRecord>> {
     servo: Servo,
-    ends: RoomEnds,
+    ends: RoomEnds<R>,
     sink: S,
     stats: ServoStats,
     schedule: Option<Schedule>,
@@ -33,10 +34,10 @@ pub struct LiveRoom<S> {
     last_now_ns: Option<u64>,
 }
 
-impl<S: FnMut(&mut ServoState)> LiveRoom<S> {
+impl<S: FnMut(&mut ServoState), R: TickRing> LiveRoom<S, R> {
     /// A room that has not waited yet.
     #[must_use]
-    pub fn new(servo: Servo, params: &ServoParams, ends: RoomEnds, sink: S, stats: ServoStats) -> Self {
+    pub fn new(servo: Servo, params: &ServoParams, ends: RoomEnds<R>, sink: S, stats: ServoStats) -> Self {
         Self {
             servo,
             ends,
@@ -74,7 +75,7 @@ impl<S: FnMut(&mut ServoState)> LiveRoom<S> {
     }
 }
 
-impl<S: FnMut(&mut ServoState)> ServoRoom for LiveRoom<S> {
+impl<S: FnMut(&mut ServoState), R: TickRing> ServoRoom for LiveRoom<S, R> {
     fn wait(&mut self) -> Option<TickTime> {
         if self.servo.is_stopped() {
             return None;

@@ -3,8 +3,9 @@
 use super::config::{
     DragReading as DragChoice, IntegratorReading, MaterialConfig, PrecisionReading, SceneConfig, TissueConfig,
 };
-use super::plan::in_range;
+use super::plan::{built, in_range};
 use super::sleep::sleep_params;
+use crate::absent::INNER_LAYERS;
 use crate::kinematics::literal_tick::MAX_SUBSTEPS;
 use crate::suture_line::line::SutureLineError;
 use crate::tissue::choice::ChoiceParams;
@@ -73,6 +74,9 @@ pub enum SceneError {
     /// Suture control without a suture line.
     #[error("the scene has a [control] section but no [line]; add [line] or remove [control]")]
     ControlWithoutLine,
+    /// A stage that this build leaves out.
+    #[error("this build leaves out what [{0}] asks for; take one with all features, or remove the section")]
+    NotBuilt(&'static str),
     /// A mesh is named but was not loaded, or the other way round.
     #[error("the scene names the mesh {0} but none was imported; load the scene with its folder")]
     MeshMissing(String),
@@ -122,6 +126,7 @@ pub fn build_tissue(config: &SceneConfig, mesh: Option<&TriangleMesh>) -> Result
     let mm = Metres::from_mm;
     let surface_wound = wound(config, PatchDepth::Surface)?;
     let deep_wound = wound(config, PatchDepth::CutLayers)?;
+    built("tissue", INNER_LAYERS || matches!(config.tissue, TissueConfig::Utsm { .. }))?;
     let tissue = match &config.tissue {
         TissueConfig::Utsm { width_mm, length_mm, spacing_mm, pre_strain } => utsm::build(&UtsmParams {
             width: mm(*width_mm)?,

@@ -6,6 +6,7 @@ use super::config::{
     AttachmentReading, ControlReading, DistanceReading, KinematicsReading, SceneConfig, SpringLawReading,
     VelocityReading,
 };
+use crate::absent::{ATTACHMENTS, SUTURE_CONTROL, SUTURE_LINE};
 use crate::kinematics::attachment::check_relaxation;
 use crate::kinematics::integrate::KinematicsForm;
 use crate::kinematics::suture_point::SpringLaw;
@@ -127,6 +128,7 @@ fn suture(config: &SceneConfig) -> Result<SuturePlan, SceneError> {
 
 fn attachments(config: &SceneConfig) -> Result<Option<AttachmentPlan>, SceneError> {
     let Some(a) = &config.attachment else { return Ok(None) };
+    built("attachment", ATTACHMENTS)?;
     let beta = check_relaxation(a.beta).map_err(|_| SceneError::Value {
         key: "attachment.beta",
         found: a.beta,
@@ -159,6 +161,7 @@ fn contact(config: &SceneConfig) -> Result<Option<f64>, SceneError> {
 
 fn line(config: &SceneConfig) -> Result<Option<LinePlan>, SceneError> {
     let Some(l) = &config.line else { return Ok(None) };
+    built("line", SUTURE_LINE)?;
     let friction = in_range("line.friction", l.friction, 0.0, 5.0, "0 to 5")?;
     let stiffness =
         in_range("line.stitch_stiffness_n_per_mm", l.stitch_stiffness_n_per_mm, 1e-3, 1e3, "0.001 to 1000")?;
@@ -174,6 +177,7 @@ fn line(config: &SceneConfig) -> Result<Option<LinePlan>, SceneError> {
 
 fn control(config: &SceneConfig) -> Result<Option<ControlPlan>, SceneError> {
     let Some(c) = &config.control else { return Ok(None) };
+    built("control", SUTURE_CONTROL)?;
     if config.line.is_none() {
         return Err(SceneError::ControlWithoutLine);
     }
@@ -189,6 +193,11 @@ fn control(config: &SceneConfig) -> Result<Option<ControlPlan>, SceneError> {
     };
     let floor = in_range("control.distance_floor_mm", c.distance_floor_mm, 0.01, 100.0, "0.01 to 100")?;
     Ok(Some(ControlPlan { mode, params, distance_floor_m: floor * 1e-3 }))
+}
+
+/// Refuses a section whose stage this build leaves out.
+pub(super) fn built(section: &'static str, built: bool) -> Result<(), SceneError> {
+    if built { Ok(()) } else { Err(SceneError::NotBuilt(section)) }
 }
 
 /// Accepts a value of a closed range.

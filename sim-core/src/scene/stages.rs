@@ -2,6 +2,7 @@
 //!
 //! Contacts of the wound edges come first among the pair constraints, stitches and holds after them.
 
+use crate::absent::Keep;
 use crate::kinematics::coupling::DEFAULT_COUPLING;
 use crate::kinematics::integrate::{KinematicsForm, literal_min_mass_kg};
 use crate::kinematics::line_pull::LINE_STIFFNESS_SHARE;
@@ -121,7 +122,7 @@ pub(super) fn stages(
     facts: &[PairFacts],
 ) -> Result<Stages, SceneError> {
     let attachments = match &plan.attachments {
-        Some(a) => Some(attachments(a, tissue, patches, settled)?),
+        Some(a) => Keep::keep(attachments(a, tissue, patches, settled)?),
         None => None,
     };
     // Per suture pair at most its contact, its stitch and the control's hold.

@@ -4,6 +4,7 @@
 //! The order within a step is fixed, the inputs are explicit, nothing is allocated after load: equal inputs give
 //! equal bits. Deliberately absent: clocks, messages, and the 1 kHz integration of the suture points (servo).
 
+use crate::absent::{Keep, SUTURE_LINE, Stage};
 use crate::tissue::handle::MAX_HANDLES;
 use crate::tissue::model::Tissue;
 use crate::tissue::network::TissueState;
@@ -63,8 +64,8 @@ pub struct Scene {
     suturing: Suturing,
     second: SecondHand,
     grips: Grips,
-    stitching: Option<Stitching>,
-    course: Option<LineCourse>,
+    stitching: Option<Stage<Stitching, SUTURE_LINE>>,
+    course: Option<Stage<LineCourse, SUTURE_LINE>>,
     steps: u64,
     last: StepReport,
 }
@@ -97,8 +98,8 @@ impl Scene {
             suturing: Suturing::new(tissue.pairs.len(), capture_m),
             second: SecondHand::new(capture_m),
             places: Vec::with_capacity(tissue.pairs.len()),
-            stitching: Stitching::new(&plan),
-            course: plan.line.map(|l| LineCourse::new(l.course)),
+            stitching: Stitching::new(&plan).and_then(Keep::keep),
+            course: plan.line.and_then(|l| Keep::keep(LineCourse::new(l.course))),
             config: config.clone(),
             plan,
             tissue,
@@ -117,7 +118,7 @@ impl Scene {
 
     /// Back to the start of the scene. The control keeps its mode.
     pub fn restore(&mut self) {
-        let mode = self.stitching.as_ref().and_then(Stitching::control_mode);
+        let mode = self.stitching.as_ref().and_then(|s| s.control_mode());
         self.let_go();
         // The settled state is of this network and finite: it was accepted at load.
         let _ = self.solver.reset(&self.settled);
@@ -128,8 +129,8 @@ impl Scene {
             pairs.clear();
             push_contacts(&self.plan, &self.facts, self.solver.patches(), pairs);
         }
-        self.stitching = Stitching::new(&self.plan);
-        self.course = self.plan.line.map(|l| LineCourse::new(l.course));
+        self.stitching = Stitching::new(&self.plan).and_then(Keep::keep);
+        self.course = self.plan.line.and_then(|l| Keep::keep(LineCourse::new(l.course)));
         if let Some(mode) = mode {
             self.set_control_mode(mode);
         }

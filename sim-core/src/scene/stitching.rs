@@ -4,6 +4,7 @@
 //! two suture points. After the step distances are measured, knots slip, Table 1 is brought up to date and
 //! Algorithm 2 looks at every row (Zhang et al., §2.3).
 
+use crate::absent::{Keep, SUTURE_CONTROL, Stage};
 use crate::tissue::constraint::{PairConstraint, PairSense, Pairs};
 use crate::tissue::patch_set::{PatchId, PatchSet};
 use crate::vector::Vec3;
@@ -67,7 +68,7 @@ pub struct Stitching {
     params: StitchParams,
     tied: Vec<Tied>,
     ledger: Ledger,
-    control: Option<WoundControl>,
+    control: Option<Stage<WoundControl, SUTURE_CONTROL>>,
     holding_force_n: [f64; LEDGER_CAPACITY],
     events: Vec<ControlEvent>,
     shifts: Vec<PointShift>,
@@ -83,7 +84,7 @@ impl Stitching {
             params: line.stitch,
             tied: Vec::with_capacity(LEDGER_CAPACITY),
             ledger: Ledger::new(floor),
-            control: plan.control.map(|c| WoundControl::new(c.mode, c.params)),
+            control: plan.control.and_then(|c| Keep::keep(WoundControl::new(c.mode, c.params))),
             holding_force_n: [0.0; LEDGER_CAPACITY],
             events: Vec::with_capacity(LEDGER_CAPACITY),
             shifts: Vec::with_capacity(2 * LEDGER_CAPACITY),
@@ -105,7 +106,7 @@ impl Stitching {
     /// Control mode; `None` when the scene has no control.
     #[must_use]
     pub fn control_mode(&self) -> Option<ControlMode> {
-        self.control.as_ref().map(WoundControl::mode)
+        self.control.as_ref().map(|c| c.mode())
     }
 
     /// Changes the control mode. Returns false when the scene has no control.

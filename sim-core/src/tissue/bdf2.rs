@@ -13,6 +13,7 @@ use crate::tissue::integrator::AdvanceCounts;
 use crate::tissue::network::{SpringNetwork, TissueState};
 use crate::tissue::newton::{Hold, Newton, NewtonParams, NewtonView, Solved, cap};
 use crate::tissue::patch_set::PatchSet;
+use crate::tissue::regulation::Attachments;
 use crate::tissue::scheme::History;
 use crate::tissue::solver::Stages;
 use crate::tissue::sweep::SpringSweep;
@@ -110,7 +111,8 @@ impl Bdf2 {
             self.prepared = Some(quotient);
         }
         self.predict(quotient, around, state, force_n);
-        let mut couplings = Couplings::new(around.patches, stages.attachments.as_mut(), stages.pairs.as_mut());
+        let attachments = stages.attachments.as_mut().map(|a| a as &mut Attachments);
+        let mut couplings = Couplings::new(around.patches, attachments, stages.pairs.as_mut());
         let view = NewtonView {
             network: around.network,
             free_m: &self.free_m,

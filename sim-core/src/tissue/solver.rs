@@ -7,6 +7,7 @@
 //! much again by the constraints: the limit is per stage, and cuts are counted.
 //! Deliberately absent: clocks, what the handles do, when stitches are tied (scene, wound).
 
+use crate::absent::{ATTACHMENTS, Stage};
 use crate::tissue::choice::Choice;
 use crate::tissue::constraint::{Pairs, PatchResponse};
 use crate::tissue::handle::{GraspError, Handle, HandleSlot, MAX_HANDLES};
@@ -30,7 +31,7 @@ mod step;
 #[derive(Clone, Debug, Default)]
 pub struct Stages {
     /// Relaxed attachments (Algorithm 1).
-    pub attachments: Option<Attachments>,
+    pub attachments: Option<Stage<Attachments, ATTACHMENTS>>,
     /// Stitches and holds.
     pub pairs: Option<Pairs>,
     /// Forces from outside.
@@ -280,7 +281,7 @@ impl TissueSolver {
             patches: &self.patches,
             position_m: &self.state.position_m,
             mobility_m_per_n: &self.mobility_m_per_n,
-            attachments: stages.attachments.as_ref(),
+            attachments: stages.attachments.as_ref().map(|a| a as &Attachments),
             pairs: stages.pairs.as_ref(),
             resisting_s: params.integrator.resisting_step_s(params.period_s),
             substep_s,

@@ -10,7 +10,7 @@ use crate::{assert_clean, assert_discerns};
 
 /// sim-core from the ground up; modules of one row may name each other.
 const COLUMN: [&[&str]; 6] =
-    [&["finite", "units", "vector"], &["kinematics"], &["tissue"], &["suture_line"], &["wound"], &["scene"]];
+    [&["absent", "finite", "units", "vector"], &["kinematics"], &["tissue"], &["suture_line"], &["wound"], &["scene"]];
 
 /// What each crate's source must not name.
 const FOREIGN: [(&str, &[&str]); 3] = [

@@ -7,12 +7,16 @@ use crate::source::SourceFile;
 use crate::{assert_clean, assert_discerns};
 
 /// Each member and the members that it may depend on.
-const EDGES: [(&str, &[&str]); 7] = [
+const EDGES: [(&str, &[&str]); 8] = [
     ("protocol", &[]),
     ("sim-core", &[]),
     ("haptic-server", &["protocol", "sim-core"]),
     ("viewer-client", &["protocol"]),
-    ("tests", &["protocol", "sim-core", "haptic-server", "viewer-client", "plain-kernels", "virtual-omni"]),
+    (
+        "tests",
+        &["protocol", "sim-core", "haptic-server", "viewer-client", "bare-core", "plain-kernels", "virtual-omni"],
+    ),
+    ("tests/bare-core", &[]),
     ("tests/plain-kernels", &["sim-core"]),
     ("tests/virtual-omni", &["protocol", "sim-core", "haptic-server"]),
 ];

@@ -5,7 +5,6 @@ use crate::scene::config::SceneConfig;
 use crate::scene::grip::Grips;
 use crate::scene::line_course::LineCourse;
 use crate::scene::plan::ScenePlan;
-use crate::scene::stitching::Stitching;
 use crate::scene::suturing::{PairPlace, Suturing};
 use crate::tissue::model::{Tissue, TissueKind};
 use crate::tissue::settle::Settled;
@@ -65,13 +64,13 @@ impl Scene {
     /// The suture line; `None` when the scene has none.
     #[must_use]
     pub fn line(&self) -> Option<&LineCourse> {
-        self.course.as_ref()
+        self.course.as_ref().map(|c| c as &LineCourse)
     }
 
     /// Control mode; `None` when the scene has no control.
     #[must_use]
     pub fn control_mode(&self) -> Option<ControlMode> {
-        self.stitching.as_ref().and_then(Stitching::control_mode)
+        self.stitching.as_ref().and_then(|s| s.control_mode())
     }
 
     /// How the tissue settled at load.
