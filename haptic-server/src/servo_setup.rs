@@ -154,20 +154,31 @@ impl<R: TickRing> RoomEnds<R> {
 
     /// Hands a tick and its events out; what finds no room is counted (a tick that the flight record misses shows there as
     /// a gap), nothing waits.
-    pub(crate) fn hand_out(&mut self, tick: &TickRecord, events: &EventBatch) {
-        let mut lost = u64::from(events.dropped());
-        for event in events.as_slice() {
-            lost += u64::from(self.events.push(*event).is_err());
-        }
-        if lost > 0 {
-            self.links.lost_events.fetch_add(lost, Ordering::Relaxed);
-        }
-        let _gap = self.flight.push(*tick);
+    pub fn hand_out(&mut self, tick: &TickRecord, events: &EventBatch) {
+        tell(&mut self.events, &mut self.flight, &self.links, tick, events);
         if self.record.as_mut().is_some_and(|ring| ring.put(*tick).is_err()) {
             self.links.lost_records.fetch_add(1, Ordering::Relaxed);
         }
         self.links.ticks.store(tick.state.ticks, Ordering::Relaxed);
     }
+}
+
+/// What every run hands out: events, and the tick for the flight record.
+fn tell(
+    told: &mut Producer<ServoEvent>,
+    flight: &mut Producer<TickRecord>,
+    links: &ServoLinks,
+    tick: &TickRecord,
+    events: &EventBatch,
+) {
+    let mut lost = u64::from(events.dropped());
+    for event in events.as_slice() {
+        lost += u64::from(told.push(*event).is_err());
+    }
+    if lost > 0 {
+        links.lost_events.fetch_add(lost, Ordering::Relaxed);
+    }
+    let _gap = flight.push(*tick);
 }
 
 /// Empty histograms of fixed size, their pages touched.

@@ -14,17 +14,16 @@ use crate::servo::params::{ServoParams, to_ns};
 use crate::servo::state_machine::Mode;
 use crate::servo::stats::{ServoStats, TickTimes};
 use crate::servo::tick::{Orders, Servo, StopOrder, TickInput};
-use crate::servo_setup::{RoomEnds, TickRing};
+use crate::servo_setup::RoomEnds;
 use protocol::servo_state::ServoState;
-use rtrb::Producer;
 use rustix::thread::ClockId as SleepClock;
 use rustix::time::{ClockId, Timespec};
 use std::sync::atomic::Ordering;
 
 /// The servo against the wall clock. `sink` publishes `servo_state`: no heap, no lock, no system call.
-pub struct LiveRoom<S, R = Producer<TickRecord>> {
+pub struct LiveRoom<S> {
     servo: Servo,
-    ends: RoomEnds<R>,
+    ends: RoomEnds,
     sink: S,
     stats: ServoStats,
     schedule: Option<Schedule>,
@@ -34,10 +33,10 @@ pub struct LiveRoom<S, R = Producer<TickRecord>> {
     last_now_ns: Option<u64>,
 }
 
-impl<S: FnMut(&mut ServoState), R: TickRing> LiveRoom<S, R> {
+impl<S: FnMut(&mut ServoState)> LiveRoom<S> {
     /// A room that has not waited yet.
     #[must_use]
-    pub fn new(servo: Servo, params: &ServoParams, ends: RoomEnds<R>, sink: S, stats: ServoStats) -> Self {
+    pub fn new(servo: Servo, params: &ServoParams, ends: RoomEnds, sink: S, stats: ServoStats) -> Self {
         Self {
             servo,
             ends,
@@ -75,7 +74,7 @@ impl<S: FnMut(&mut ServoState), R: TickRing> LiveRoom<S, R> {
     }
 }
 
-impl<S: FnMut(&mut ServoState), R: TickRing> ServoRoom for LiveRoom<S, R> {
+impl<S: FnMut(&mut ServoState)> ServoRoom for LiveRoom<S> {
     fn wait(&mut self) -> Option<TickTime> {
         if self.servo.is_stopped() {
             return None;

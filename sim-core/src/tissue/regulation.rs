@@ -202,6 +202,18 @@ impl Attachments {
         }
     }
 
+    /// Links of all attachments, engaged or not.
+    #[must_use]
+    pub fn link_count(&self) -> usize {
+        (0..self.len()).map(|a| self.table.links(a).len()).sum()
+    }
+
+    /// What the links take, bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.link_count() * size_of::<Link>()
+    }
+
     /// Force of the followers on the suture point at the end of the last step, newtons.
     #[must_use]
     pub fn reaction_n(&self, attachment: usize) -> Vec3 {

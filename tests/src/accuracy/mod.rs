@@ -19,6 +19,7 @@ mod network_file;
 mod networks;
 mod non_smooth;
 mod page;
+mod paid;
 mod parts;
 pub mod plot;
 mod rates;

@@ -1,7 +1,7 @@
 //! Runs `count-steps` under callgrind and reads what each case collected.
 //!
-//! `--toggle-collect` counts inside `counted_steps` only, `--dump-after` writes one profile per call of it, so that one
-//! process counts many cases. Every profile ends in a line `totals: N`.
+//! `--toggle-collect` counts inside `counted_steps` only, `--dump-before` writes one profile per call of `case_ends`, so that
+//! one process counts many cases. Every profile ends in a line `totals: N`.
 
 use super::PROGRAM;
 use crate::processes::Sandbox;
@@ -51,7 +51,7 @@ pub fn count(program: &Path, steps: u32, cases: &[String]) -> Result<Vec<f64>, N
     let sandbox = Sandbox::new();
     let profile = sandbox.folder().join("profile");
     let output = Command::new("valgrind")
-        .args(["--tool=callgrind", "--toggle-collect=*counted_steps*", "--dump-after=*counted_steps*"])
+        .args(["--tool=callgrind", "--toggle-collect=*counted_steps*", "--dump-before=*case_ends*"])
         .arg(format!("--callgrind-out-file={}", profile.display()))
         .arg(program)
         .args(["--steps", &steps.to_string()])

@@ -12,10 +12,12 @@ mod cases;
 mod full;
 mod proof;
 mod solver_cases;
+mod stages;
 mod tick_cases;
 
 pub use cases::{COARSE, Parts, SCENES, coarse, prepare};
 pub use proof::{ABSENCE_TOLERANCE, Absence, absences};
+pub use stages::{Stage, stages};
 
 use sim_core::tissue::sweep::dispatch::KernelLevel;
 use std::hint::black_box;
@@ -41,6 +43,7 @@ pub fn main(arguments: impl Iterator<Item = String>) -> ExitCode {
             Ok(mut step) => {
                 (0..WARM_UP).for_each(|_| step());
                 counted_steps(&mut *step, steps);
+                case_ends();
                 println!("{case}");
             }
             Err(reason) => {
@@ -58,6 +61,12 @@ fn counted_steps(step: &mut dyn FnMut(), steps: u32) {
     for _ in 0..black_box(steps) {
         step();
     }
+}
+
+/// The function before which a profile is written.
+#[inline(never)]
+fn case_ends() {
+    black_box(());
 }
 
 fn usage() -> ExitCode {
