@@ -65,7 +65,7 @@ fn all() -> Vec<Part> {
         Part { keys: &["curves"], measure: |r, p| vec![curves::measure(r.effort, p)] },
         Part { keys: &["wound_control"], measure: |r, p| vec![wound_figures::measure(r.effort, p)] },
         Part { keys: &["deviations"], measure: |r, p| vec![deviations::measure(r.effort, p)] },
-        Part { keys: &["paid"], measure: |r, p| vec![paid::measure(r.effort, &r.scenes, p)] },
+        Part { keys: &["paid"], measure: |r, p| vec![paid::measure(r.effort, &r.kept, p)] },
         Part { keys: &["validation"], measure: |r, p| vec![validation::measure(r.effort, p)] },
     ]
 }
