@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::build::SceneError;
 use super::config::SolverConfig;
-use super::plan::in_range;
+use super::plan::{built, in_range};
+use crate::absent::SLEEP;
 use crate::tissue::sleep::params::SleepParams;
 use crate::tissue::solver::TissueSolver;
 
@@ -27,6 +28,9 @@ pub enum SleepReading {
 
 /// What the solver is asked for.
 pub(super) fn sleep_params(config: &SolverConfig) -> Result<Option<SleepParams>, SceneError> {
+    if config.sleep != SleepReading::Off {
+        built("solver", SLEEP)?;
+    }
     let tolerance_m = match config.sleep_tolerance_nm {
         Some(nm) => in_range("solver.sleep_tolerance_nm", nm, 1e-3, 1e3, "0.001 to 1000")? * 1e-9,
         None => SleepParams::default().tolerance_m,

@@ -7,7 +7,7 @@
 //! much again by the constraints: the limit is per stage, and cuts are counted.
 //! Deliberately absent: clocks, what the handles do, when stitches are tied (scene, wound).
 
-use crate::absent::{ATTACHMENTS, Stage};
+use crate::absent::{ATTACHMENTS, Keep, SLEEP, Stage};
 use crate::tissue::choice::Choice;
 use crate::tissue::constraint::{Pairs, PatchResponse};
 use crate::tissue::handle::{GraspError, Handle, HandleSlot, MAX_HANDLES};
@@ -82,7 +82,7 @@ pub struct TissueSolver {
     handles: [Option<Handle>; MAX_HANDLES],
     ports: [PortSolver; MAX_HANDLES],
     scheme: Scheme,
-    sleep: Option<Sleep>,
+    sleep: Option<Stage<Sleep, SLEEP>>,
 }
 
 impl TissueSolver {
@@ -178,7 +178,7 @@ impl TissueSolver {
     /// Nodes that move; `None` where none may sleep: not asked for, or an integrator that solves for all at once.
     #[must_use]
     pub fn awake_nodes(&self) -> Option<usize> {
-        self.sleep.as_ref().map(Sleep::awake_nodes)
+        self.sleep.as_ref().map(|s| s.awake_nodes())
     }
 
     /// Sets the state and lets go of all handles.
@@ -189,7 +189,7 @@ impl TissueSolver {
         solver_params::check_state(state, self.network.node_count())?;
         self.state.clone_from(state);
         self.handles = std::array::from_fn(|_| None);
-        self.sleep.iter_mut().for_each(Sleep::wake_all);
+        self.sleep.iter_mut().for_each(|s| s.wake_all());
         self.refresh_mobility();
         Ok(())
     }
@@ -207,7 +207,7 @@ impl TissueSolver {
             self.sleep = sleep_of(&self.network, &params);
         }
         (self.params, self.choice) = (params, choice);
-        self.sleep.iter_mut().for_each(Sleep::wake_all);
+        self.sleep.iter_mut().for_each(|s| s.wake_all());
         self.refresh_mobility();
         Ok(())
     }
@@ -315,7 +315,7 @@ impl TissueSolver {
     }
 }
 
-fn sleep_of(network: &SpringNetwork, params: &SolverParams) -> Option<Sleep> {
+fn sleep_of(network: &SpringNetwork, params: &SolverParams) -> Option<Stage<Sleep, SLEEP>> {
     let wanted = params.sleep.filter(|_| params.integrator.lets_nodes_sleep());
-    wanted.map(|sleep| Sleep::new(network, &sleep))
+    wanted.and_then(|sleep| Keep::keep(Sleep::new(network, &sleep)))
 }

@@ -18,7 +18,7 @@ pub const SCENES: [&str; 3] = ["skin", "liver", "vessel"];
 /// Meshes of a few hundred nodes; any other word is the preset's own.
 pub const COARSE: &str = "coarse";
 
-/// Optional stages of a scene: `attachments`, `contact`, `line`, `control`.
+/// Optional stages of a scene: `attachments`, `contact`, `line`, `control`, `sleep`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Parts(String);
 
@@ -45,7 +45,7 @@ impl Parts {
     }
 
     fn check(&self) -> Result<(), String> {
-        let known = ["none", "attachments", "contact", "line", "control"];
+        let known = ["none", "attachments", "contact", "line", "control", "sleep"];
         match self.0.split('+').find(|own| !known.contains(own)) {
             Some(own) => Err(format!("there is no part {own}; take of {}", known.join(", "))),
             None => Ok(()),
@@ -100,7 +100,7 @@ mod tests {
 
     #[test]
     fn a_build_without_stages_refuses_a_scene_that_has_them() {
-        for part in ["attachments", "line"] {
+        for part in ["attachments", "line", "sleep"] {
             let refusal = prepare(&coarse("skin", &format!("bare/{part}"))).err().unwrap_or_default();
             assert!(refusal.contains("this build leaves out"), "{part}: {refusal}");
         }

@@ -19,7 +19,7 @@ pub struct Absence {
     pub without: String,
     /// Absent in the program.
     pub bare: String,
-    /// Present in both: costs more.
+    /// Present: cost something else, more or, asleep, less.
     pub present: Vec<String>,
 }
 
@@ -30,7 +30,9 @@ pub fn absences() -> Vec<Absence> {
         scene: "skin",
         without: coarse("skin", "full/none"),
         bare: coarse("skin", "bare/none"),
-        present: ["attachments", "line", "line+control"].map(|part| coarse("skin", &format!("full/{part}"))).to_vec(),
+        present: ["attachments", "line", "line+control", "sleep"]
+            .map(|part| coarse("skin", &format!("full/{part}")))
+            .to_vec(),
     };
     let servo = Absence {
         scene: "servo",

@@ -7,6 +7,7 @@
 
 use super::core::scene::config::{SceneConfig, TissueConfig};
 use super::core::scene::presets;
+use super::core::scene::sleep::SleepReading;
 use super::core::scene::step::{Scene, ServoInput};
 use super::core::scene::stitching::TiedStitch;
 use super::core::scene::suturing::HandInput;
@@ -32,6 +33,9 @@ pub(in crate::instructions) fn config(name: &str, mesh: &str, parts: &Parts) -> 
     config.attachment = config.attachment.filter(|_| parts.has("attachments"));
     config.line = config.line.filter(|_| parts.has("line"));
     config.control = config.control.filter(|_| parts.has("control"));
+    if parts.has("sleep") {
+        config.solver.sleep = SleepReading::On;
+    }
     if !parts.has("contact") {
         config.wound.contact_stiffness_n_per_mm = None;
     }
@@ -60,6 +64,7 @@ pub(in crate::instructions) fn sutured(
     let input = |press_count, release_count| ServoInput {
         hand: HandInput { position_m: at, press_count, release_count },
         port_epoch: scene.grips().epoch(),
+        second: None,
         handles_m: [None; _],
     };
     let (still, pressed, released) = (input(0, 0), input(1, 0), input(1, 1));

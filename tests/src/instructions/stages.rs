@@ -85,7 +85,8 @@ pub fn stages(scene: &'static str, mesh: &str) -> Vec<Stage> {
         stage("attachments", sizes.attachments, [parts("attachments"), none.clone()], absent.clone()),
         stage("wound contact", sizes.contacts, [parts("contact"), none.clone()], None),
         stage("suture line", sizes.line, [parts("line"), none.clone()], absent.clone()),
-        stage("suture control", sizes.control, [parts("line+control"), parts("line")], absent),
+        stage("suture control", sizes.control, [parts("line+control"), parts("line")], absent.clone()),
+        stage("sleep", sizes.sleep, [parts("sleep"), none.clone()], absent),
         stage("held point and its port", sizes.handle, [case("holding"), none.clone()], None),
         stage("recording", sizes.recording, ["servo/recording".to_owned(), "servo/silent".to_owned()], Some(silent)),
         stage("whole step", sizes.motion, [parts(ALL), String::new()], None),
@@ -106,6 +107,7 @@ struct Sizes {
     contacts: [usize; 2],
     line: [usize; 2],
     control: [usize; 2],
+    sleep: [usize; 2],
     handle: [usize; 2],
     recording: [usize; 2],
 }
@@ -134,6 +136,11 @@ impl Sizes {
             contacts: [contacts * substeps, contacts * size_of::<PairConstraint>()],
             line: scene.line().map_or([0, 0], |_| [points + stitches, line]),
             control: scene.control_mode().map_or([0, 0], |_| [stitches, size_of::<WoundControl>()]),
+            // The marks of a node that may sleep are private; its limits and its place in a tile are four numbers or less.
+            sleep: scene
+                .solver()
+                .awake_nodes()
+                .map_or([0, 0], |awake| [awake * substeps, nodes * 4 * size_of::<f64>()]),
             handle: [1, size_of::<Port>()],
             // Recording is the user's choice of a run: it is shown as it is when chosen.
             recording: [TICKS as usize, TICK_RING * size_of::<TickRecord>()],

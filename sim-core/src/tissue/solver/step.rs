@@ -6,6 +6,7 @@
 //! Deliberately absent: the formulas, which are in the files of the schemes.
 
 use super::{Stages, StepReport, TissueSolver};
+use crate::absent::{SLEEP, Stage};
 use crate::tissue::bdf2::Surroundings;
 use crate::tissue::constraint::PatchResponse;
 use crate::tissue::handle::MAX_HANDLES;
@@ -13,7 +14,7 @@ use crate::tissue::integrator::{AdvanceCounts, advance};
 use crate::tissue::link_solve::{Correction, StepView};
 use crate::tissue::network::TissueState;
 use crate::tissue::patch_set::PatchId;
-use crate::tissue::regulation::{Attachments, RegulationMode};
+use crate::tissue::regulation::RegulationMode;
 use crate::tissue::scheme::Scheme;
 use crate::tissue::sleep::Sleep;
 use crate::vector::Vec3;
@@ -46,7 +47,7 @@ impl TissueSolver {
                 Scheme::Explicit => {
                     self.gather(stages, &mut report);
                     let Self { factors, force_n, state, sleep, .. } = self;
-                    match resting(sleep.as_ref()) {
+                    match resting(sleep) {
                         None => advance(factors, force_n, state, h, limit_m),
                         Some(sleep) => sleep.advance(factors, force_n, state, h, limit_m),
                     }
@@ -54,7 +55,7 @@ impl TissueSolver {
                 Scheme::Verlet(_) => {
                     self.gather(stages, &mut report);
                     let Self { scheme: Scheme::Verlet(staggered), sleep, .. } = self else { continue };
-                    let resting = resting(sleep.as_ref());
+                    let resting = resting(sleep);
                     if substep == substeps {
                         staggered.remember(&self.state.velocity_m_per_s, resting);
                     }
@@ -75,7 +76,7 @@ impl TissueSolver {
             }
         }
         if let Scheme::Verlet(staggered) = &mut self.scheme {
-            staggered.close(&self.factors, &mut self.state, resting(self.sleep.as_ref()));
+            staggered.close(&self.factors, &mut self.state, resting(&self.sleep));
         }
         report.awake_nodes = self.awake_nodes().unwrap_or(self.network.node_count()) as u32;
         self.close_sleep();
@@ -207,15 +208,15 @@ impl TissueSolver {
                     sleep.touch_patch(patches, patch);
                 }
             }
-            let pulled = stages.attachments.iter().flat_map(Attachments::follower_forces);
+            let pulled = stages.attachments.iter().flat_map(|a| a.follower_forces());
             pulled.filter(|(_, tension_n)| *tension_n > 0.0).for_each(|(node, _)| sleep.touch(node));
         }
     }
 }
 
 /// Who is awake, where not everyone is.
-fn resting(sleep: Option<&Sleep>) -> Option<&Sleep> {
-    sleep.filter(|sleep| !sleep.all_awake())
+fn resting(sleep: &Option<Stage<Sleep, SLEEP>>) -> Option<&Sleep> {
+    sleep.as_ref().map(|s| s as &Sleep).filter(|sleep| !sleep.all_awake())
 }
 
 /// Spreads the displacement of each free patch over its nodes, as the force behind it does.
