@@ -5,8 +5,6 @@
 //! other feature of `bare-core` singles out what is left.) The recording is compared on the servo's tick. That a
 //! comparison can fail is shown by the same count with the stage present.
 
-use super::cases::coarse;
-
 /// Largest difference, as a share of the step.
 pub const ABSENCE_TOLERANCE: f64 = 1e-3;
 
@@ -26,13 +24,12 @@ pub struct Absence {
 /// The comparisons.
 #[must_use]
 pub fn absences() -> Vec<Absence> {
+    let preset = |work: &str| format!("preset/skin/{work}");
     let skin = Absence {
         scene: "skin",
-        without: coarse("skin", "full/none"),
-        bare: coarse("skin", "bare/none"),
-        present: ["attachments", "line", "line+control", "sleep"]
-            .map(|part| coarse("skin", &format!("full/{part}")))
-            .to_vec(),
+        without: preset("full/none"),
+        bare: preset("bare/none"),
+        present: ["attachments", "line", "line+control", "sleep"].map(|part| preset(&format!("full/{part}"))).to_vec(),
     };
     let servo = Absence {
         scene: "servo",
