@@ -46,9 +46,13 @@ impl FireWireBench {
     /// # Errors
     /// No thread can be started.
     pub(super) fn new<P: WirePort + Send + 'static>(serial: &str, port: P) -> std::io::Result<Self> {
+        Self::limited(serial, port, MOST_PACKETS)
+    }
+
+    fn limited<P: WirePort + Send + 'static>(serial: &str, port: P, most: u32) -> std::io::Result<Self> {
         let shared = Arc::new(Shared::default());
         let own = shared.clone();
-        let thread = std::thread::Builder::new().name("bench".to_owned()).spawn(move || run(port, &own))?;
+        let thread = std::thread::Builder::new().name("bench".to_owned()).spawn(move || run(port, &own, most))?;
         Ok(Self { serial: serial.to_owned(), shared, thread: Some(thread) })
     }
 
@@ -92,11 +96,11 @@ impl Drop for FireWireBench {
     }
 }
 
-fn run(mut port: impl WirePort, shared: &Shared) {
-    let mut held = 0;
+fn run(mut port: impl WirePort, shared: &Shared, most: u32) {
+    let mut held = 0_u32;
     while !shared.stop.load(Ordering::Acquire) {
         let is_holding = shared.state.load(Ordering::Acquire) == HOLDING;
-        held = if is_holding { held + 1 } else { 0 };
+        held = if is_holding { held.saturating_add(1) } else { 0 };
         let motors = if is_holding { ordered(shared.order.load(Ordering::Acquire)) } else { Motors::Off };
         let is_well = drain(&mut port, |bytes| OmniPacket::parse(bytes).is_some(), PACE).is_ok()
             && port.send(encode(motors, DockLight::Dark).bytes()).is_ok();
@@ -104,7 +108,7 @@ fn run(mut port: impl WirePort, shared: &Shared) {
             shared.state.store(GONE, Ordering::Release);
             return;
         }
-        if held >= MOST_PACKETS {
+        if held >= most {
             let _released = shared.state.compare_exchange(HOLDING, TOO_LONG, Ordering::AcqRel, Ordering::Acquire);
         }
     }
@@ -167,12 +171,13 @@ mod tests {
     #[test]
     fn one_motor_goes_on_and_off_and_not_for_longer_than_its_time() {
         let port = Port::default();
-        let mut bench = FireWireBench::new("1", port.clone()).expect("a thread");
+        let mut bench = FireWireBench::limited("1", port.clone(), u32::MAX).expect("a thread");
         bench.hold(1, -80).expect("attached");
         until(|| port.log().sent.last() == Some(&Motors::On([0, -80, 0])));
         assert_eq!(bench.release(), Ok(Held::Throughout));
         until(|| port.log().sent.last() == Some(&Motors::Off));
-        // Nothing slows the port down here, so its ten thousand packets are soon gone.
+        drop(bench);
+        let mut bench = FireWireBench::limited("1", port.clone(), 10).expect("a thread");
         bench.hold(0, 80).expect("attached");
         until(|| bench.shared.state.load(Ordering::Acquire) == TOO_LONG);
         assert_eq!(bench.release(), Ok(Held::TooLong));
