@@ -2,8 +2,9 @@
 //!
 //! Finds `y` with `r(y) = F(y) − D (y − b) = 0`, where `b` is the place a node would go to without springs and `D` its
 //! resistance (`bdf2`): `A δ = r`, `y ← y + δ` with the clamped tangent `A` (`step_matrix`), solved by `pcg` down to the
-//! linear tolerance. One or two iterations from a predicted start do in a running simulation; the reference setting goes
-//! on to 1e-10. When other attachments or pairs pull than the last solve assumed, a few more are done. A node goes at
+//! linear tolerance, and further where the step is short: ‖r‖ ≤ ‖r(ŷ)‖²/‖r(x)‖ for the prediction `ŷ` (Eisenstat and Walker,
+//! 1996, choice 2). ‖r(x)‖ falls as h and ‖r(ŷ)‖ as h², so that what is left of a step falls as h³, as its own error does.
+//! One or two iterations from a predicted start do in a running simulation; the reference setting goes on to 1e-10. When other attachments or pairs pull than the last solve assumed, a few more are done. A node goes at
 //! most the displacement limit from where it was, and a residual far beyond what would take it there is cut, so that
 //! no load can leave the range of numbers. A body that nothing holds keeps its momentum whatever is left of the
 //! residual: its springs cannot change it, so the mean is solved exactly. Deliberately absent: a line search.
@@ -36,7 +37,7 @@ pub struct NewtonParams {
     pub iterations: u32,
     /// Residual at which it ends, relative to that at the start of the step.
     pub tolerance: f64,
-    /// Residual at which a linear solve ends, relative to that at the start of the step.
+    /// Residual at which a linear solve ends, relative to that at the start of the step; a short step goes further.
     pub linear_tolerance: f64,
     /// Most iterations of a linear solve.
     pub max_linear_iterations: u32,
@@ -144,7 +145,9 @@ impl Newton {
             if settled && self.pcg.size(&self.matrix) <= enough {
                 break;
             }
-            let goal = (linear * linear * whole).max(floor);
+            // `size` is the square of a norm, and so is the goal.
+            let ahead = self.pcg.size(&self.matrix);
+            let goal = (linear * linear * whole).min(ahead * ahead / whole).max(floor);
             done.linear_iterations += self.pcg.solve(&self.matrix, couplings, goal, view.params.max_linear_iterations);
             for ((y, shift), x) in position_m.iter_mut().zip(&self.pcg.solution).zip(view.start_m) {
                 *y += shift.vector();

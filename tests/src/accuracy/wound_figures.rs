@@ -157,18 +157,24 @@ fn wounds_svg(wounds: &[(&str, Sutured)]) -> String {
         let left = 20.0 + (width + 20.0) * i as f64;
         let at = |x: &Vec3| (left + (x.x + HALF_M[0]) * SCALE, 40.0 + (HALF_M[1] - x.y) * SCALE);
         svg.text((left + 0.5 * width, 24.0), 14.0, Anchor::Middle, name);
+        // A window onto the drawing, in the same coordinates: what reaches beyond it is cut off.
+        svg.element(&format!(
+            r#"<svg x="{left}" y="40" width="{width}" height="{height}" viewBox="{left} 40 {width} {height}" overflow="hidden">"#
+        ));
         draw_wound(&mut svg, sutured.scene(), &at);
+        svg.element("</svg>");
+        svg.element(&format!(
+            r##"<rect x="{left}" y="40" width="{width}" height="{height}" fill="none" stroke="#888888"/>"##
+        ));
     }
     svg.finish()
 }
 
 fn draw_wound(svg: &mut Svg, scene: &Scene, at: &dyn Fn(&Vec3) -> (f64, f64)) {
     let (tissue, x) = (scene.tissue(), &scene.solver().state().position_m);
-    // Chosen by the built shape, so that both pictures show the same tissue.
-    let built = &tissue.network.rest_m;
-    let inside = |c: &u32| built[*c as usize].x.abs() <= HALF_M[0] && built[*c as usize].y.abs() <= HALF_M[1];
+    let inside = |c: &u32| x[*c as usize].x.abs() <= HALF_M[0] && x[*c as usize].y.abs() <= HALF_M[1];
     for corners in &tissue.triangles {
-        if corners.iter().all(inside) {
+        if corners.iter().any(inside) {
             svg.polygon(
                 &corners.map(|c| at(&x[c as usize])),
                 r##"fill="#f3d3bf" stroke="#e2b79c" stroke-width="0.5""##,

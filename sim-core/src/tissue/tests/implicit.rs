@@ -136,6 +136,22 @@ fn one_newton_iteration_and_a_loose_solve_cost_less_than_a_factor_of_three() {
 }
 
 #[test]
+fn short_steps_show_the_second_order() {
+    let net = Net { drag_n_s_per_m: SKIN.mass_kg * 100.0, ..SKIN };
+    let network = net.build();
+    let reference = pull(&network, &net, 1e-5, FINE);
+    let error =
+        |period_s| errors(&pull(&network, &net, period_s, NewtonParams::default()), &reference, &network.rest_m);
+    let found = [4e-4, 2e-4, 1e-4, 5e-5].map(error);
+    for (coarse, fine) in found.iter().zip(&found[1..]) {
+        let order = ((coarse.0 / fine.0).log2(), (coarse.1 / fine.1).log2());
+        println!("{coarse:?} to {fine:?}: orders {order:?}");
+        // The force of the port stays where its own tolerance is.
+        assert!(order.0 > 1.8 && (order.1 > 1.8 || fine.1 < 1e-5), "orders {order:?} from {coarse:?} to {fine:?}");
+    }
+}
+
+#[test]
 fn a_free_body_keeps_its_momentum_whatever_the_solve_leaves() {
     let net = Net { side: 7, drag_n_s_per_m: 0.0, rest_ratio: 1.0, rim: Rim::Free, ..SKIN };
     let mut solver = TissueSolver::new(net.build(), even_patches(49, &[]), params(Integrator::Bdf2, 5e-3)).unwrap();

@@ -22,6 +22,8 @@ const RADIUS_M: f64 = 0.006;
 const PULL: (f64, f64) = (0.005, 0.01);
 /// The slowest motion of this sheet has died away a thousandfold by then, seconds.
 const HOLD_S: f64 = 3.0;
+/// Time over which the force is averaged: projected as printed, it never comes to rest, seconds.
+const MEAN_S: f64 = 0.25;
 
 /// The sheet with its suture point in the middle.
 #[derive(Clone, Debug)]
@@ -35,8 +37,10 @@ pub struct Rig {
 pub struct Held {
     /// Projections per second: solver rate times its sub-steps, each of which projects once.
     pub projections_hz: f64,
-    /// Force on the hand, newtons.
+    /// Force on the hand, mean over the last quarter of a second, newtons.
     pub force_n: f64,
+    /// Half of the range that the force goes through in that time, newtons.
+    pub chatter_n: f64,
     /// Its part that springs make.
     pub springs_n: f64,
     /// Force on the held rim.
@@ -101,9 +105,17 @@ pub fn hold_at_rate(rig: &Rig, rate_hz: f64, mode: RegulationMode) -> Option<Hel
     let hand = HandleSlot(0);
     solver.grasp(hand, PatchId(0)).ok()?;
     let start = solver.handle(hand)?.1;
-    for step in 1..=(HOLD_S * rate_hz).round() as usize {
+    let steps = (HOLD_S * rate_hz).round() as usize;
+    let averaged = (MEAN_S * rate_hz).round().max(1.0) as usize;
+    let (mut sum_n, mut range_n) = (Vec3::zeros(), (f64::INFINITY, 0.0_f64));
+    for step in 1..=steps {
         solver.lead(hand, start + Vec3::x() * (PULL.1 * step as f64 / rate_hz).min(PULL.0));
         solver.step(&mut stages);
+        if step + averaged > steps {
+            let force_n = solver.port(hand, &stages)?.force_n;
+            sum_n += force_n;
+            range_n = (range_n.0.min(force_n.norm()), range_n.1.max(force_n.norm()));
+        }
     }
     let port = solver.port(hand, &stages)?;
     let mut at_end = Statics::new(rig.network.clone(), 0.0);
@@ -113,7 +125,8 @@ pub fn hold_at_rate(rig: &Rig, rate_hz: f64, mode: RegulationMode) -> Option<Hel
     let speed = |(node, _): &(u32, f64)| solver.state().velocity_m_per_s[*node as usize].norm();
     Some(Held {
         projections_hz: rate_hz * f64::from(solver.stability().substeps),
-        force_n: port.force_n.norm(),
+        force_n: sum_n.norm() / averaged as f64,
+        chatter_n: 0.5 * (range_n.1 - range_n.0),
         springs_n: at_end.force_on(|n| rig.patch.contains(&n)).norm(),
         rim_n: at_end.force_on(|n| rig.network.fixed[n as usize] != 0).norm(),
         excess_m: followers.iter().map(excess).fold(0.0, f64::max),

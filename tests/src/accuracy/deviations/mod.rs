@@ -107,11 +107,15 @@ fn rates(effort: Effort) -> (Vec<Deviation>, Option<Figure>) {
         unit: "ratio",
         effect: format!(
             "as printed the link is a spring of (1 − β)(m + c dt)/(β dt²): {:.0} N/m at {:.0}/s, {:.0} N/m at {:.0}/s; sub-steps count \
-             as steps",
+             as steps; force on the hand: mean over 0.25 s, chatter ±{:.4} → ±{:.4} N as printed, ±{:.4} → ±{:.4} N converted",
             k(slow.projections_hz),
             slow.projections_hz,
             k(fast.projections_hz),
-            fast.projections_hz
+            fast.projections_hz,
+            slow.chatter_n,
+            fast.chatter_n,
+            calm.chatter_n,
+            swift.chatter_n
         ),
     };
     let deviations = vec![
