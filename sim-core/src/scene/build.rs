@@ -250,8 +250,8 @@ pub fn solver_params(config: &SceneConfig) -> Result<SolverParams, SceneError> {
             PrecisionReading::Double => Precision::Double,
             PrecisionReading::Single => Precision::Single,
         },
-        automatic: (s.integrator == IntegratorReading::Automatic)
-            .then(|| ChoiceParams { max_substeps: s.max_substeps, ..ChoiceParams::default() }),
+        // What sub-steps cost decides here, not how many they are.
+        automatic: (s.integrator == IntegratorReading::Automatic).then(ChoiceParams::default),
         substeps: SubstepPolicy::Automatic { max: s.max_substeps },
         port: PortParams { rings: rings as u32, ..defaults.port },
         sleep: sleep_params(s)?,
@@ -273,6 +273,15 @@ mod tests {
             assert_eq!(error, SceneError::Unsettled { residual_n: 0.25, iterations: 7 });
             assert!(error.to_string().contains("2.500e-1 N") && error.to_string().contains("pre_strain"), "{error}");
         }
+    }
+
+    #[test]
+    fn the_automatic_choice_goes_by_cost_and_not_by_the_limit_of_named_integrators() {
+        let mut config = presets::skin();
+        config.solver.max_substeps = 1;
+        let params = solver_params(&config).unwrap();
+        assert_eq!(params.automatic, Some(ChoiceParams::default()));
+        assert_eq!(params.substeps, SubstepPolicy::Automatic { max: 1 });
     }
 
     #[test]

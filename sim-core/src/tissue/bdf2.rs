@@ -117,6 +117,7 @@ impl Bdf2 {
             network: around.network,
             free_m: &self.free_m,
             start_m: &self.before.position_m,
+            h,
             limit_m: around.limit_m,
             spacing_m: around.spacing_m,
             hold: self.hold,

@@ -114,12 +114,15 @@ fn malformed_files_and_unknown_parts_end_with_their_code() {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("bad.json"), "{\"format\": \"spring-network/1\", \"positions_m\": 7}")
         .expect("written");
+    std::fs::write(folder.path().join("bad.toml"), "name = \"x\"\n[tissue]\nspacing = 1\n").expect("written");
     for (arguments, code, word) in [
         (&["--network", "bad.json"][..], 65, "bad.json"),
         (&["--network", "none.json"], 66, "none.json"),
         (&["--baseline", "bad.json"], 65, "report.json"),
         (&["--only", "weather"], 64, "work_precision"),
         (&["--scene", "kidney"], 64, "kidney"),
+        (&["--scene", "bad.toml"], 65, "bad.toml:2:1"),
+        (&["--scene", "none.toml"], 66, "none.toml"),
     ] {
         let output = report(folder.path(), arguments);
         let words = String::from_utf8_lossy(&output.stderr).into_owned();

@@ -18,7 +18,7 @@ pub struct SolverConfig {
     /// Numbers of the force sweeps; double when left out.
     #[serde(default)]
     pub precision: PrecisionReading,
-    /// More sub-steps than this per step are refused.
+    /// More sub-steps than this per step are refused for an integrator by name; the automatic choice goes by their cost.
     pub max_substeps: u32,
     /// Rings of nodes around a handle that enter its port stiffness.
     pub port_rings: u32,
