@@ -5,6 +5,7 @@
 //! of the same key. `cli` runs the parts in order and writes the report anew after each, so that a run that is stopped
 //! leaves what it has.
 
+mod awake;
 mod cases;
 mod choice;
 mod cli;

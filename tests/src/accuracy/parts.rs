@@ -2,6 +2,7 @@
 //!
 //! One line per part. A part gives one section or several that belong together.
 
+use super::awake;
 use super::cases::Subject;
 use super::extremes;
 use super::kernels;
@@ -59,6 +60,7 @@ fn all() -> Vec<Part> {
         Part { keys: &["rates"], measure: |_, p| vec![rates::measure(p)] },
         Part { keys: &["network"], measure: |r, p| network_file::measure(&r.networks, r.effort, p) },
         Part { keys: &["kernels"], measure: |r, p| vec![kernels::measure(r.effort, p)] },
+        Part { keys: &["awake"], measure: |r, p| vec![awake::measure(r.effort, p)] },
         Part { keys: &["stability"], measure: |r, p| vec![stability_map::measure(r.effort, p)] },
         Part { keys: &["extremes"], measure: |r, p| vec![extremes::measure(r.effort, p)] },
         Part { keys: &["refinement"], measure: |r, p| vec![refinement::measure(r.effort, p)] },
