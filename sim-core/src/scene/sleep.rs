@@ -1,8 +1,8 @@
 //! Whether nodes at rest sleep, as a scene file says it.
 //!
 //! `sleep_tolerance_nm` is how far a node at rest may be from where its own springs want it (`tissue::sleep`). Integrators
-//! that solve for all nodes at once (BDF2, XPBD) and the printed explicit form let nobody sleep: left to itself the scene
-//! then does without, but a demand for it is refused.
+//! that solve for all nodes at once (BDF2, XPBD), the printed explicit form, and forces in single precision let nobody sleep:
+//! `automatic` then does without, but a demand for it is refused.
 
 use serde::{Deserialize, Serialize};
 
@@ -44,8 +44,8 @@ pub(super) fn require_sleep(config: &SolverConfig, solver: &TissueSolver) -> Res
         return Err(SceneError::Reading {
             key: "solver.sleep",
             found: "on",
-            needs: "needs an integrator that moves each node by itself; set solver.integrator = \"semi_implicit\" or \
-                    \"verlet\", or leave solver.sleep out",
+            needs: "needs double precision and an integrator that moves each node by itself; leave solver.precision out and \
+                    set solver.integrator = \"semi_implicit\" or \"verlet\", or set solver.sleep = \"automatic\"",
         });
     }
     Ok(())
@@ -54,7 +54,7 @@ pub(super) fn require_sleep(config: &SolverConfig, solver: &TissueSolver) -> Res
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::config::IntegratorReading;
+    use crate::scene::config::{IntegratorReading, PrecisionReading};
     use crate::scene::presets;
     use crate::scene::step::Scene;
 
@@ -69,6 +69,16 @@ mod tests {
             let error = Scene::new(&config, None).unwrap_err().to_string();
             assert!(error.contains("solver.sleep") && error.contains("semi_implicit"), "{error}");
         }
+    }
+
+    #[test]
+    fn a_demand_is_refused_in_single_precision() {
+        let mut config = presets::vessel();
+        (config.solver.integrator, config.solver.sleep) = (IntegratorReading::SemiImplicit, SleepReading::On);
+        assert!(Scene::new(&config, None).is_ok());
+        config.solver.precision = PrecisionReading::Single;
+        let error = Scene::new(&config, None).unwrap_err().to_string();
+        assert!(error.contains("double precision"), "{error}");
     }
 
     #[test]

@@ -175,7 +175,8 @@ impl TissueSolver {
         self.spacing_m
     }
 
-    /// Nodes that move; `None` where none may sleep: not asked for, or an integrator that solves for all at once.
+    /// Nodes that move; `None` where none may sleep: not asked for, an integrator that solves for all
+    /// at once, or single precision, whose rounding a sleeping node would take for a force.
     #[must_use]
     pub fn awake_nodes(&self) -> Option<usize> {
         self.sleep.as_ref().map(|s| s.awake_nodes())
@@ -316,6 +317,7 @@ impl TissueSolver {
 }
 
 fn sleep_of(network: &SpringNetwork, params: &SolverParams) -> Option<Stage<Sleep, SLEEP>> {
-    let wanted = params.sleep.filter(|_| params.integrator.lets_nodes_sleep());
+    let able = params.integrator.lets_nodes_sleep() && params.sweep_precision() == Precision::Double;
+    let wanted = params.sleep.filter(|_| able);
     wanted.and_then(|sleep| Keep::keep(Sleep::new(network, &sleep)))
 }
