@@ -62,7 +62,7 @@ fn words(mesh: &str, missing: Option<NotCounted>) -> Vec<String> {
         format!(
             "Costs of one solver step ({mesh} mesh; {COUNTED_STEPS} steps counted), each stage as the difference of a scene with it \
              and the same scene without it; the recording per five ticks of the servo. A stage that is present costs \
-             `instructions`. `absent_instructions` is what is left of it in a scene without: the count of a scene that has no \
+             `instructions`. `absent_instructions` is what is left of it in a scene without: the count of the preset with no \
              optional stage, less that of the same scene in a build whose code has none of them; `absent_share` is that \
              difference as a share of the step."
         ),

@@ -59,11 +59,12 @@ pub fn stages(scene: &'static str, mesh: &str) -> Vec<Stage> {
     let case = |work: &str| format!("{mesh}/{scene}/{work}");
     let parts = |parts: &str| case(&format!("full/{parts}"));
     let none = parts("none");
+    let preset = |work: &str| format!("preset/{scene}/{work}");
     // The build without optional stages has no inner layers either: it can be asked for sheets only.
     let absent = built_bare(&built).then(|| Absence {
         scene,
-        without: none.clone(),
-        bare: case("bare/none"),
+        without: preset("full/none"),
+        bare: preset("bare/none"),
         present: Vec::new(),
     });
     let silent =
