@@ -7,6 +7,7 @@ mod doctor;
 mod faults;
 mod firewire;
 mod firewire_node;
+mod guest;
 mod hid;
 mod hid_peer;
 mod interface;

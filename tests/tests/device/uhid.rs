@@ -1,6 +1,7 @@
-//! The real hidraw path, opt-in: a HID arm made by the kernel's `/dev/uhid`, found, opened, read, written and unplugged.
+//! The real hidraw path, opt-in: a HID arm made by the kernel's `/dev/uhid`, found, opened, read, written, unplugged, and
+//! plugged in again at another node.
 //!
-//! Needs the module uhid and the right to open `/dev/uhid` (a virtual machine of its own is a good place):
+//! Needs the module uhid and the right to open `/dev/uhid`; `guest` runs it in a virtual machine of its own:
 //! `cargo test -p suture-tests --test device -- --ignored uhid`. The messages are the kernel's `struct uhid_event`, packed: kind
 //! (u32), then name (128 bytes), place (64), serial (64), length of the descriptor (u16), bus (u16), vendor, product, version,
 //! country (u32), descriptor; or length (u16) and report; or report (4096 bytes), length (u16), type.
@@ -8,13 +9,14 @@
 use haptic_server::device::hid::known::HidRole;
 use haptic_server::device::hid::port::{HidOpener, choose, list};
 use haptic_server::device::hid::report::{ArmOrder, ArmReport};
-use haptic_server::device::wire::{LONGEST, WireError, WirePort};
+use haptic_server::device::wire::{LONGEST, Opener, WireError, WirePort};
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
 use std::time::Duration;
 use suture_tests::processes::wait_for;
 
 const LIMIT: Duration = Duration::from_secs(60);
+const REPORTS: i16 = 2_000;
 const DESTROY: u32 = 1;
 const OUTPUT: u32 = 6;
 const CREATE: u32 = 11;
@@ -65,27 +67,33 @@ fn output(uhid: &mut File) -> Vec<u8> {
     }
 }
 
+/// Sends a report and reads it at the other end.
+fn assert_arrives(encoder: i16, uhid: &mut File, port: &mut impl WirePort) {
+    let mut report = [0; 64];
+    report[..2].copy_from_slice(&encoder.to_le_bytes());
+    uhid.write_all(&input(&report)).expect("a report");
+    let mut buffer = [0; LONGEST];
+    let len = port.receive(&mut buffer, Duration::from_secs(10)).expect("the wire works");
+    assert_eq!(ArmReport::parse(&buffer[..len]).map(|r| r.encoders[0]), Some(encoder), "{len} bytes");
+}
+
 #[test]
 #[ignore = "needs /dev/uhid: the kernel's module and the right to open it"]
-fn an_arm_of_the_kernel_is_found_read_written_and_unplugged() {
+fn an_arm_of_the_kernel_is_found_read_written_unplugged_and_found_again() {
     let Ok(mut uhid) = OpenOptions::new().read(true).write(true).open("/dev/uhid") else {
         println!("skipped: /dev/uhid is missing or may not be opened (modprobe uhid, run as root)");
         return;
     };
     uhid.write_all(&create()).expect("the kernel takes the device");
     // udev makes the node and its rights in its own time.
-    let mut port = wait_for(LIMIT, || {
-        let found = choose(&list().ok()?, HidRole::Arm, None).ok()?;
-        HidOpener::new(found).ok()?.open_first().ok()
+    let (mut opener, mut port) = wait_for(LIMIT, || {
+        let opener = HidOpener::new(choose(&list().ok()?, HidRole::Arm, None).ok()?).ok()?;
+        let port = opener.open_first().ok()?;
+        Some((opener, port))
     })
     .expect("the arm is found and opened");
-    for i in 0..2_000_i16 {
-        let mut report = [0; 64];
-        report[..2].copy_from_slice(&i.to_le_bytes());
-        uhid.write_all(&input(&report)).expect("a report");
-        let mut buffer = [0; LONGEST];
-        let len = port.receive(&mut buffer, Duration::from_secs(10)).expect("the wire works");
-        assert_eq!(ArmReport::parse(&buffer[..len]).map(|r| r.encoders[0]), Some(i), "{len} bytes");
+    for i in 0..REPORTS {
+        assert_arrives(i, &mut uhid, &mut port);
     }
     let order = ArmOrder::Drive([100, -200, 300]).encode();
     port.send(order.bytes()).expect("the wire works");
@@ -93,4 +101,10 @@ fn an_arm_of_the_kernel_is_found_read_written_and_unplugged() {
     uhid.write_all(&DESTROY.to_ne_bytes()).expect("the kernel takes it away");
     let gone = wait_for(LIMIT, || port.receive(&mut [0; LONGEST], Duration::ZERO).err());
     assert!(matches!(gone, Some(WireError::Gone | WireError::Os(_))), "{gone:?}");
+    assert!(opener.open().is_err(), "it is not there");
+    // The broken port is still open, so the kernel must take another node.
+    uhid.write_all(&create()).expect("the kernel takes the device again");
+    let mut again = wait_for(LIMIT, || opener.open().ok()).expect("it is found and opened again");
+    assert_arrives(-7, &mut uhid, &mut again);
+    println!("{REPORTS} reports in order, one written, unplugged: {gone:?}, open again: {opener:?}");
 }
