@@ -24,6 +24,8 @@ pub struct Attached {
     pub usable: bool,
     /// What drives it.
     pub backend: Backend,
+    /// The value of `--side-input` that uses it; null for what is none.
+    pub side_input: Option<&'static str>,
 }
 
 /// All known devices that are attached, USB first.
@@ -37,7 +39,8 @@ pub fn attached(machine: &Machine) -> Vec<Attached> {
 impl Attached {
     fn new(machine: &Machine, kind: Kind, id: String, node: Option<String>) -> Self {
         let usable = node.as_deref().is_some_and(|node| machine.is_usable(node));
-        Self { model: kind.model, role: kind.role, link: kind.link, id, node, usable, backend: kind.backend }
+        let Kind { model, link, backend, role, side_input } = kind;
+        Self { model, role, link, id, node, usable, backend, side_input }
     }
 }
 

@@ -1,7 +1,9 @@
 //! Devices that are known by their numbers, and how each would be driven.
 //!
 //! USB numbers are vendor:product; FireWire nodes are known by the vendor number of their configuration memory. A number is a sign, not a proof:
-//! 16c0:0486 is that of every Teensy with raw reports. Sources: udev rules and drivers named in the public repositories of these devices.
+//! 16c0:0486 is that of every Teensy with raw reports. Devices with reports are those of `device::hid::known`. Sources: udev rules and drivers named in the public repositories of these devices.
+
+use crate::device::hid::known::{HidRole, role_of};
 
 /// How something is attached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -52,14 +54,16 @@ pub(super) struct Kind {
     pub(super) backend: Backend,
     /// What it is good for.
     pub(super) role: Role,
+    /// The value of `--side-input`, for a side input.
+    pub(super) side_input: Option<&'static str>,
 }
 
 const fn haptic(model: &'static str, link: Link, backend: Backend) -> Kind {
-    Kind { model, link, backend, role: Role::Haptic }
+    Kind { model, link, backend, role: Role::Haptic, side_input: None }
 }
 
-const fn side(model: &'static str) -> Kind {
-    Kind { model, link: Link::Hid, backend: Backend::Hid, role: Role::SideInput }
+const fn side(model: &'static str, option: &'static str) -> Kind {
+    Kind { model, link: Link::Hid, backend: Backend::Hid, role: Role::SideInput, side_input: Some(option) }
 }
 
 /// FireWire vendor number of SensAble.
@@ -67,33 +71,25 @@ pub(super) const SENSABLE: u32 = 0x00_0b99;
 /// The original Omni.
 pub(super) const OMNI: Kind = haptic("PHANTOM Omni (FireWire)", Link::Firewire, Backend::Firewire);
 
-/// USB devices.
-const USB: [(u16, u16, Kind); 11] = [
+/// USB devices that are not driven by reports.
+const USB: [(u16, u16, Kind); 3] = [
     (0x2988, 0x0302, haptic("3D Systems Touch (USB serial)", Link::Serial, Backend::Openhaptics)),
     (0x0301, 0x2988, haptic("3D Systems Touch 3D Stylus (USB serial)", Link::Serial, Backend::Openhaptics)),
-    (0x2988, 0x0304, haptic("3D Systems Touch (USB HID)", Link::Usb, Backend::Openhaptics)),
-    (0x16c0, 0x0486, haptic("WoodenHaptics or Polhem (Teensy, raw reports)", Link::Hid, Backend::Hid)),
-    (0x1234, 0x0006, haptic("WoodenHaptics (mbed)", Link::Hid, Backend::Hid)),
     (0x0403, 0xcb48, haptic("Novint Falcon", Link::Usb, Backend::None)),
-    (0x0c45, 0x7403, side("foot pedal (PCsensor)")),
-    (0x0c45, 0x7404, side("foot pedal (PCsensor)")),
-    (0x413d, 0x2107, side("foot pedal (PCsensor)")),
-    (0x1a86, 0xe026, side("foot pedal (PCsensor)")),
-    (0x3553, 0xb001, side("foot pedal (PCsensor)")),
 ];
-/// Vendor of today's space mice; all its products are some.
-const CONNEXION: u16 = 0x256f;
-/// Vendor and products of the older ones.
-const LOGITECH: u16 = 0x046d;
-const OLD_MICE: [u16; 11] = [0xc603, 0xc605, 0xc606, 0xc621, 0xc623, 0xc625, 0xc626, 0xc627, 0xc628, 0xc629, 0xc62b];
-const SPACE_MOUSE: Kind = side("3Dconnexion SpaceMouse");
 
 /// The kind that has these numbers.
 #[must_use]
 pub(super) fn of_usb(vendor: u16, product: u16) -> Option<Kind> {
-    let listed = USB.iter().find(|(v, p, _)| (*v, *p) == (vendor, product)).map(|(_, _, kind)| *kind);
-    let is_mouse = vendor == CONNEXION || vendor == LOGITECH && OLD_MICE.contains(&product);
-    listed.or_else(|| is_mouse.then_some(SPACE_MOUSE))
+    let Some(role) = role_of(vendor, product) else {
+        return USB.iter().find(|(v, p, _)| (*v, *p) == (vendor, product)).map(|(_, _, kind)| *kind);
+    };
+    Some(match role {
+        HidRole::Arm => haptic(role.name(), Link::Hid, Backend::Hid),
+        HidRole::TouchHid => haptic(role.name(), Link::Usb, Backend::Openhaptics),
+        HidRole::SpaceMouse => side(role.name(), "space-mouse"),
+        HidRole::Pedal => side(role.name(), "pedal"),
+    })
 }
 
 #[cfg(test)]

@@ -126,10 +126,10 @@ impl fmt::Display for Listing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for row in &self.attached {
             let node = row.device.node.as_deref().unwrap_or("no node");
-            let use_for = match (&row.option, row.device.role) {
+            let use_for = match (&row.option, row.device.side_input) {
                 (Some(option), _) => format!("--device {option}"),
-                (None, Role::SideInput) => "side input, no force".to_owned(),
-                (None, Role::Haptic) => "no driver".to_owned(),
+                (None, Some(side)) => format!("--side-input {side}"),
+                (None, None) => "no driver".to_owned(),
             };
             writeln!(f, "{}  {}  {node}  {use_for}", row.device.id, row.device.model)?;
             for missing in &row.missing {

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | open HID arm (WoodenHaptics, Polhem) | 16c0:0486, older 1234:0006 | driven: `--device hid` |
 //! | Touch HID | 2988:0304 | through OpenHaptics only: its interface authenticates the vendor's driver |
-//! | SpaceMouse and kin | 256f:*, older 046d:c603–c62b | side input |
+//! | SpaceMouse and kin | 256f:*, older 046d:c603 … c62b | side input |
 //! | foot switch | 0c45:7403, 0c45:7404, 413d:2107, 1a86:e026, 3553:b001 | side input |
 //!
 //! 16c0:0486 belongs to every board with the same raw-HID firmware base, 1234:0006 to nobody: only the usage page or the
@@ -50,13 +50,17 @@ impl HidRole {
     }
 }
 
+/// Products of the older 3D mice among those of their maker.
+const OLD_MICE: [u16; 11] = [0xc603, 0xc605, 0xc606, 0xc621, 0xc623, 0xc625, 0xc626, 0xc627, 0xc628, 0xc629, 0xc62b];
+
 /// The role of a USB vendor and product; `None` for one that is unknown.
 #[must_use]
 pub fn role_of(vendor: u16, product: u16) -> Option<HidRole> {
     match (vendor, product) {
         (0x16c0, 0x0486) | (0x1234, 0x0006) => Some(HidRole::Arm),
         (0x2988, 0x0304) => Some(HidRole::TouchHid),
-        (0x256f, _) | (0x046d, 0xc603..=0xc62b) => Some(HidRole::SpaceMouse),
+        (0x256f, _) => Some(HidRole::SpaceMouse),
+        (0x046d, mouse) if OLD_MICE.contains(&mouse) => Some(HidRole::SpaceMouse),
         (0x0c45, 0x7403 | 0x7404) | (0x413d, 0x2107) | (0x1a86, 0xe026) | (0x3553, 0xb001) => Some(HidRole::Pedal),
         _ => None,
     }
