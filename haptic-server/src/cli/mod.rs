@@ -189,7 +189,7 @@ pub struct RunArgs {
     /// What is simulated.
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Device: simulated, replay:FILE, pointer, openhaptics[:NAME], hid[:PATH], firewire.
+    /// Device: simulated, replay:FILE, openhaptics[:NAME], hid[:PATH], firewire.
     #[arg(long, value_name = "DEVICE", default_value = "simulated")]
     pub device: DeviceChoice,
     /// The OpenHaptics library, if it is not where the vendor's installer puts it.

@@ -39,7 +39,7 @@ pub enum Backend {
 pub enum Role {
     /// It has force.
     Haptic,
-    /// It moves the camera or holds the dead man's switch.
+    /// A 3D mouse's buttons, or the dead man's switch.
     SideInput,
 }
 

@@ -76,7 +76,8 @@ pub fn first(found: &Found, opener: &mut NodeOpener) -> Result<Session<CdevNode>
         match error {
             WireError::Os(_) => ServerError::Permission(format!(
                 "{place}; a udev rule gives the rights: SUBSYSTEM==\"firewire\", ATTR{{vendor}}==\"0x000b99\", \
-                 MODE=\"0660\", GROUP=\"plugdev\", TAG+=\"uaccess\""
+                 MODE=\"0660\", GROUP=\"haptic\", TAG+=\"uaccess\", and the same for ATTR{{is_local}}==\"1\"; then as root: \
+                 usermod -aG haptic USER"
             )),
             _ => ServerError::Unavailable(place),
         }

@@ -48,7 +48,7 @@ pub enum HidOpenError {
     #[error(
         "{path}: cannot be opened ({reason}); give the user read and write rights on it by a udev rule: \
          KERNEL==\"hidraw*\", ATTRS{{idVendor}}==\"{vendor:04x}\", ATTRS{{idProduct}}==\"{product:04x}\", MODE=\"0660\", \
-         GROUP=\"plugdev\", TAG+=\"uaccess\""
+         GROUP=\"haptic\", TAG+=\"uaccess\""
     )]
     Refused {
         /// Node.
