@@ -93,6 +93,16 @@ impl DeviceLimits {
     /// The PHANTOM Omni and the Touch.
     pub const OMNI: Self = Self { peak_force_n: 3.3, continuous_force_n: 0.88, stiffness_n_per_m: 500.0 };
 
+    /// What both of two devices can do.
+    #[must_use]
+    pub fn smaller(self, other: Self) -> Self {
+        Self {
+            peak_force_n: self.peak_force_n.min(other.peak_force_n),
+            continuous_force_n: self.continuous_force_n.min(other.continuous_force_n),
+            stiffness_n_per_m: self.stiffness_n_per_m.min(other.stiffness_n_per_m),
+        }
+    }
+
     /// What the motors make of a commanded force: its direction, at most the peak, nothing if not finite.
     #[must_use]
     pub fn saturate(&self, force_n: Vec3) -> Vec3 {

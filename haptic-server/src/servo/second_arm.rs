@@ -2,9 +2,9 @@
 //! the first.
 //!
 //! gain = first's machine · ladder · own samples · own ramp · stop. Where it is 0 the grip slips, so that a force comes back
-//! from nothing. What is wrong with the second device takes its own force only: the first goes on, and the second
-//! returns by its own ramp once its samples are good. It is ticked after the first, and `servo_state` shows it with
-//! the first's next tick. Metres, newtons, seconds, scene frame.
+//! from nothing. A fault of the second device is the servo's, latched for both hands, from the first's next tick on; its own
+//! force is gone at once. It is ticked after the first, and `servo_state` shows it with the first's next tick.
+//! Metres, newtons, seconds, scene frame.
 
 use crate::device::{DeviceCommand, DeviceSample, TickTime};
 use crate::servo::coupling::{HANDLES_PER_DEVICE, HandleNews, Handles};
@@ -13,6 +13,7 @@ use crate::servo::ladder::Rung;
 use crate::servo::params::ServoParams;
 use crate::servo::safety::ForceStage;
 use crate::servo::sample::{Buttons, SampleGate};
+use crate::servo::state_machine::ServoFault;
 use protocol::servo_state::{DeviceState, HandleState};
 use protocol::tissue_port::TissuePort;
 use protocol::wire::Field;
@@ -39,6 +40,7 @@ pub(super) struct SecondArm {
     period_s: f64,
     ramp_s: f64,
     ramp: f64,
+    fault: Option<ServoFault>,
     stylus_m: Vec3,
     state: DeviceState,
 }
@@ -56,6 +58,7 @@ impl SecondArm {
             period_s: params.rhythm.period_s,
             ramp_s: params.rhythm.ramp_s,
             ramp: 0.0,
+            fault: None,
             stylus_m: Vec3::zeros(),
             state,
         }
@@ -69,6 +72,7 @@ impl SecondArm {
     /// One tick.
     pub(super) fn tick(&mut self, lead: Lead, time: TickTime, sample: &DeviceSample) -> DeviceCommand {
         let answer = self.gate.tick(sample, lead.dt_s, self.period_s);
+        self.fault = answer.fault;
         let usable = answer.sample.filter(|_| answer.fault.is_none());
         self.state.present = u32::from(usable.is_some());
         if let Some(accepted) = answer.sample {
@@ -95,6 +99,17 @@ impl SecondArm {
         self.state.force_n = released.command.force_n.into();
         self.state.unclipped_force_n = wanted.map(|n| if n.is_finite() { n } else { 0.0 }).into();
         released.command
+    }
+
+    /// What is wrong with the device by its last tick.
+    pub(super) fn fault(&self) -> Option<ServoFault> {
+        self.fault
+    }
+
+    /// The operator has re-armed: the next finite sample is taken wherever it is.
+    pub(super) fn rearm(&mut self) {
+        self.gate.reset();
+        self.fault = None;
     }
 
     /// As the wire has it.

@@ -113,8 +113,8 @@ impl Servo {
             position_m: s.position_m,
             velocity_m_per_s: s.velocity_m_per_s,
         });
-        if self.gives_no_force(step.rung) {
-            self.handles.slip(stylus.position_m);
+        if let Some(sample) = answer.sample.filter(|_| self.gives_no_force(step.rung)) {
+            self.handles.slip(sample.position_m);
         }
         let situation = Situation {
             fault: self.fault(input.wakefulness, answer.fault),
@@ -185,6 +185,7 @@ impl Servo {
         (self.rearms_seen, self.presses_seen) = (orders.rearms, presses);
         if is_asked && self.machine.mode() == Mode::Fault {
             self.gate.reset();
+            self.second.rearm();
             return Operator::Rearm;
         }
         Operator::Silent
@@ -195,7 +196,8 @@ impl Servo {
             match self.ladder.accept(port, input.time.now_ns) {
                 Ok(()) => {
                     self.port = *port;
-                    self.handles.take(port, sample.map_or_else(Vec3::zeros, |s| s.position_m));
+                    self.handles
+                        .take(port, sample.map_or(Vec3::from(self.state.devices[0].position_m), |s| s.position_m));
                     self.second.take(port);
                 }
                 Err(PortRefusal::Older) => {}
@@ -213,8 +215,8 @@ impl Servo {
     fn fault(&self, wakefulness: Wakefulness, of_samples: Option<ServoFault>) -> Option<ServoFault> {
         if wakefulness == Wakefulness::Suspended {
             Some(ServoFault::Suspended)
-        } else if of_samples.is_some() {
-            of_samples
+        } else if let Some(fault) = of_samples.or(self.second.fault()) {
+            Some(fault)
         } else if self.misses.in_a_row >= u64::from(self.params.rhythm.missed_fault_ticks) {
             Some(ServoFault::DeadlineMissed)
         } else {

@@ -4,7 +4,7 @@
 //! point → left point (Zhang et al., Fig. 3). The epoch changes with every change here, so that a servo and a
 //! solver that speak of different grips notice.
 
-use crate::tissue::handle::{HandleSlot, MAX_HANDLES};
+use crate::tissue::handle::{GraspError, HandleSlot, MAX_HANDLES};
 use crate::tissue::patch_set::PatchId;
 use crate::tissue::solver::TissueSolver;
 use crate::vector::Vec3;
@@ -83,12 +83,13 @@ impl Grips {
     /// The second hand takes a suture point; from the first one, if that has it.
     pub fn hold_second(&mut self, solver: &mut TissueSolver, pair: usize, side: Side) {
         self.let_go_second(solver);
-        let patch = patch_of(pair, side);
-        if self.grips.iter().flatten().any(|g| g.patch == patch) {
+        let (patch, mode) = (patch_of(pair, side), HandleMode::Held);
+        let mut grasped = solver.grasp(SECOND, patch);
+        if matches!(grasped, Err(GraspError::Overlap(_))) {
             self.let_go(solver);
+            grasped = solver.grasp(SECOND, patch);
         }
-        let mode = HandleMode::Held;
-        self.second = solver.grasp(SECOND, patch).ok().map(|()| Grip { slot: SECOND, patch, pair, mode });
+        self.second = grasped.ok().map(|()| Grip { slot: SECOND, patch, pair, mode });
         self.epoch = self.epoch.wrapping_add(1);
     }
 
@@ -122,7 +123,7 @@ impl Grips {
         for ((grip, slot), wanted) in self.grips.iter_mut().zip(FIRST).zip(wanted) {
             *grip = wanted.and_then(|(patch, mode)| {
                 let mut grasped = solver.grasp(slot, patch);
-                if grasped.is_err() && self.second.take().is_some() {
+                if matches!(grasped, Err(GraspError::Overlap(_))) && self.second.take().is_some() {
                     solver.release(SECOND);
                     grasped = solver.grasp(slot, patch);
                 }

@@ -146,12 +146,15 @@ impl Scene {
 
     /// One step of the solver's period. A hand that is not finite or absurdly far counts as no hand.
     pub fn step(&mut self, servo: Option<&ServoInput>) -> StepReport {
-        let servo = servo.filter(|input| input.hand.position_m.norm() <= FARTHEST_HAND_M);
+        let is_near = |hand: &&HandInput| hand.position_m.norm() <= FARTHEST_HAND_M;
+        let hand = servo.map(|input| &input.hand).filter(is_near);
         if let Some(input) = servo {
-            for event in self.suturing.advance(&input.hand, &self.places).into_iter().flatten() {
-                self.apply(event, input.hand.position_m);
+            if let Some(hand) = hand {
+                for event in self.suturing.advance(hand, &self.places).into_iter().flatten() {
+                    self.apply(event, hand.position_m);
+                }
             }
-            let second = input.second.as_ref().filter(|hand| hand.position_m.norm() <= FARTHEST_HAND_M);
+            let second = input.second.as_ref().filter(is_near);
             for event in self.second.advance(second, &self.places).into_iter().flatten() {
                 match event {
                     SecondEvent::Taken(pair, side) => self.grips.hold_second(&mut self.solver, pair, side),
@@ -173,7 +176,7 @@ impl Scene {
             stitching.measure_again(&self.solver.state().position_m, self.solver.patches());
         }
         self.measure_places();
-        self.follow_line(servo.map(|s| s.hand.position_m));
+        self.follow_line(hand.map(|h| h.position_m));
         self.last
     }
 

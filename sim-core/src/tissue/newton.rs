@@ -133,6 +133,7 @@ impl Newton {
         let negligible = view.spacing_m * (NEGLIGIBLE_SPACINGS * linear * short.powi(3)).max(ROUNDING_SPACINGS);
         let floor = negligible * negligible * self.matrix.bound().iter().sum::<f64>();
         let mut first = None;
+        let mut limited = 0_u32;
         for iteration in 0.. {
             let solved_for = done.active;
             done.active = couplings.stretch(position_m, self.matrix.bound());
@@ -168,11 +169,13 @@ impl Newton {
                 let way = *y - x;
                 let length = way.norm();
                 if length > view.limit_m {
+                    limited += 1;
                     *y = x + (way / length) * view.limit_m;
                 }
             }
         }
-        if view.hold == Hold::Free {
+        // A node that was cut has lost momentum; its share is not for the others to make up.
+        if view.hold == Hold::Free && limited == 0 {
             self.keep_momentum(view, position_m);
         }
         done

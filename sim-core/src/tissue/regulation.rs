@@ -165,7 +165,7 @@ impl Attachments {
     /// Changes when an attachment is switched.
     pub(crate) fn engaged_mark(&self) -> u64 {
         let on = self.engaged.iter().enumerate().filter(|(_, e)| **e == Engagement::Engaged);
-        on.fold(0, |mark, (index, _)| mark * 31 + index as u64 + 1)
+        on.fold(0, |mark, (index, _)| mark.wrapping_mul(31).wrapping_add(index as u64 + 1))
     }
 
     /// Tensions of the engaged attachments at given positions, for an implicit step.

@@ -194,12 +194,20 @@ impl Kernel for Precondition<'_> {
     }
 }
 
-/// Inverse of a symmetric positive block, scaled first so that no product leaves the range of numbers.
+/// Below this share of the product of its diagonal a determinant is rounding.
+const LEAST_DETERMINANT: f64 = 1e-13;
+
+/// Inverse of a symmetric positive block, scaled first so that no product leaves the range of numbers; of its diagonal where
+/// rounding has left no determinant (a node on one spring that is very much stiffer than what else holds it).
 fn inverse(block: &Block) -> Block {
     let scale = 1.0 / (block[0] + block[1] + block[2]);
     let [xx, yy, zz, xy, xz, yz] = block.map(|v| v * scale);
     let (cxx, cxy, cxz) = (yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy);
-    let by = scale / (xx * cxx + xy * cxy + xz * cxz);
+    let determinant = xx * cxx + xy * cxy + xz * cxz;
+    if determinant <= LEAST_DETERMINANT * xx * yy * zz {
+        return [scale / xx, scale / yy, scale / zz, 0.0, 0.0, 0.0];
+    }
+    let by = scale / determinant;
     let minors = [cxx, xx * zz - xz * xz, xx * yy - xy * xy, cxy, cxz, xy * xz - xx * yz];
     minors.map(|m| m * by)
 }
@@ -249,6 +257,20 @@ mod tests {
         for (node, expected) in dense(&network, &v).iter().enumerate().take(3) {
             // A few products of about 1e3.
             assert!((image[node].vector() - expected).norm() < 1e-10, "{node}: {:?} / {expected}", image[node]);
+        }
+    }
+
+    #[test]
+    fn a_node_on_one_very_stiff_spring_keeps_a_positive_preconditioner() {
+        let n = Vec3::new(0.36, 0.48, 0.8);
+        for tiny in [1e-6, 1e-8, 1e-10, 1e-14] {
+            let mut block = [tiny, tiny, tiny, 0.0, 0.0, 0.0];
+            add_bar(&mut block, &n, 1.0, 0.0);
+            let [xx, yy, zz, xy, xz, yz] = inverse(&block);
+            let full = Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+            for r in [Vec3::x(), Vec3::new(0.8, -0.6, 0.0), n] {
+                assert!(r.dot(&(full * r)) > 0.0, "{tiny}: {full}");
+            }
         }
     }
 

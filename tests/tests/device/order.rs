@@ -72,13 +72,38 @@ fn two_devices_feel_each_their_own_point() {
     assert!((control::arrived_n(0) - first_n).norm() < 0.02, "the first feels nothing of it");
     let state = rig.state();
     assert_eq!((state.handle_count, state.handles[2].mode), (4, 1));
+}
 
-    // The second one's trouble is not the first one's.
+#[test]
+fn a_fault_of_the_second_device_is_latched_for_both_and_a_stop_still_ends() {
+    let mut rig = Rig::start(&Setup::default(), Some("Default Device+Left Device"), NO_STALL);
+    let place = Vec3::new(-30.0, 10.0, 5.0);
+    control::lead(1, place);
+    rig = rig.hold();
+    rig.hold_second();
+    rig.step(20);
+    for step in 1..=50 {
+        control::lead(1, place + Vec3::new(0.0, 0.0, -0.1 * f64::from(step)));
+        rig.step(1);
+    }
+    // An error that trips the second device: both are without force, until the operator re-arms.
+    control::inject(1, Fault::Error(0x0202));
+    rig.step(60);
+    assert_eq!((rig.mode(), control::arrived_n(0), control::arrived_n(1)), (Mode::Fault, Vec3::zeros(), Vec3::zeros()));
+    rig.rearm();
+    rig.step(2_700);
+    assert_eq!((rig.mode(), rig.state().devices[1].present), (Mode::Active, 1), "{:?}", rig.told());
+    for step in 1..=50 {
+        control::lead(1, place + Vec3::new(0.0, 0.0, -5.0 - 0.1 * f64::from(step)));
+        rig.step(1);
+    }
+    assert!(control::arrived_n(1).norm() > 0.3, "{}", control::arrived_n(1));
+    // Its cable is pulled while it holds: the servo hears of it, and a stop ends.
     control::inject(1, Fault::Unplug);
-    rig.step(50);
-    assert_eq!((rig.mode(), rig.state().devices[1].present), (Mode::Active, 0));
-    assert_eq!((control::arrived_n(1), rig.state().devices[1].force_n), (Vec3::zeros(), [0.0; 3]));
-    assert!(control::arrived_n(0).norm() > 1.0);
+    rig.step(5);
+    rig.wait_until_lost();
+    assert_eq!((rig.mode(), rig.state().devices[1].present), (Mode::Fault, 0));
+    rig.stop();
 }
 
 #[test]

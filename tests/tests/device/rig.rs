@@ -216,6 +216,12 @@ impl Rig {
         control::step(ticks);
     }
 
+    /// Waits until the servo has been told that its devices are gone.
+    pub(crate) fn wait_until_lost(&self) {
+        let lost = wait_for(LIMIT, || (self.mode() == Mode::Fault).then_some(()));
+        assert!(lost.is_some(), "nobody told the servo: {:?}", self.told());
+    }
+
     /// Waits until the device has been opened again and is stepped by the test once more.
     pub(crate) fn wait_for_the_return(&self) {
         let told = wait_for(LIMIT, || self.told().iter().any(|t| t.contains("is open again")).then_some(()));

@@ -26,7 +26,7 @@ pub(super) enum Ticked {
     Well,
     /// The servo wants to end.
     Stopped,
-    /// The first device is gone.
+    /// A device is gone.
     Lost,
 }
 
@@ -67,15 +67,18 @@ impl FrameLoop {
             arm.end(hd, force_n);
         }
         drain(hd, arms, ring);
-        if arms.first().is_some_and(|arm| arm.state() == DeviceState::Lost) { Ticked::Lost } else { Ticked::Well }
+        if arms.iter().any(|arm| arm.state() == DeviceState::Lost) { Ticked::Lost } else { Ticked::Well }
     }
 
-    /// A tick without the library: the first device is gone.
+    /// A tick without the library: the devices are gone.
     pub(super) fn tick_lost(&mut self, room: &mut dyn ServoRoom, time: TickTime) {
         let mut sample = DeviceSample::resting(Vec3::zeros());
         sample.quality = SampleQuality::Lost;
         sample.time_ns = time.now_ns;
         room.tick(time, &sample);
+        if self.arms.len() > 1 {
+            room.tick_second(time, &sample);
+        }
     }
 
     /// Frames without force, before the end.

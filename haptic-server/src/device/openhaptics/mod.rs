@@ -134,7 +134,7 @@ impl OpenHaptics {
         hd.set_scheduler_rate(RATE_HZ);
         while hd.pop_error().is_some() {}
         let ring = Arc::new(NoticeRing::new(NOTICES));
-        let limits = all.first().copied().unwrap_or(DeviceLimits::OMNI);
+        let limits = all.into_iter().reduce(DeviceLimits::smaller).unwrap_or(DeviceLimits::OMNI);
         let description = descriptions.join(" and ");
         Ok(Self { work: FrameLoop { hd, arms, ring }, names, limits, params, description })
     }
