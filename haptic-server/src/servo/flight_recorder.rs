@@ -5,8 +5,9 @@
 
 use protocol::servo_state::ServoState;
 
-/// One tick, whole.
+/// One tick, whole; in whole cache lines, so that a copy costs the same in every slot of a ring.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(64))]
 pub struct TickRecord {
     /// The servo after the tick, as published.
     pub state: ServoState,

@@ -49,25 +49,25 @@ fn stepping<R: TickRing + 'static>(mut ends: RoomEnds<R>, mut outer: OuterEnds) 
     let (mut now_ns, mut sequence) = (1_000 * TICK_NS, 0);
     Ok(Box::new(move || {
         sequence += 1;
-        let mut port = TissuePort { publish_ns: now_ns, valid_ns: now_ns, ..TissuePort::EMPTY };
-        port.stamp(sequence, now_ns);
-        let mut new_port = Some(port);
+        let mut port = Aligned(TissuePort { publish_ns: now_ns, valid_ns: now_ns, ..TissuePort::EMPTY });
+        port.0.stamp(sequence, now_ns);
+        let mut is_new = true;
         for _ in 0..TICKS {
             now_ns += TICK_NS;
             let time = TickTime { scheduled_ns: now_ns, now_ns, dt_s: TICK_S };
             let (orders, wakefulness) = (Orders::default(), Wakefulness::Awake);
-            let arrived = new_port.take();
-            let input = TickInput { time, sample: &still(now_ns), new_port: arrived.as_ref(), orders, wakefulness };
+            let new_port = std::mem::take(&mut is_new).then_some(&port.0);
+            let input = TickInput { time, sample: &still(now_ns), new_port, orders, wakefulness };
             let output = servo.0.tick(&input);
-            let record = Aligned(TickRecord {
+            let record = TickRecord {
                 state: *servo.0.state(),
                 scheduled_ns: now_ns,
                 now_ns,
                 dt_s: TICK_S,
                 compute_ns: 0,
                 clips: output.clips,
-            });
-            ends.hand_out(&record.0, &output.events);
+            };
+            ends.hand_out(&record, &output.events);
         }
         while outer.flight.pop().is_ok() {}
         while outer.events.pop().is_ok() {}
