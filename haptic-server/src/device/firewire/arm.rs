@@ -22,7 +22,7 @@ use sim_core::vector::Vec3;
 /// Joint angles in the dock, radians.
 pub const DOCK_RAD: [f64; 3] = [0.0, 0.268_889_55, -0.370_812_89];
 /// Direction of each encoder.
-const DIRECTION: [f64; 3] = [1.0; 3];
+pub(super) const DIRECTION: [f64; 3] = [1.0; 3];
 /// Gain and offset of each gimbal angle, radians.
 const GIMBAL_RAD: [[f64; 2]; 3] = [[5.48, -2.74], [-5.28, 2.64], [4.76, -2.38]];
 /// Packets over which the gimbals are averaged.

@@ -1,14 +1,14 @@
 //! The motors of an Omni under calibration: a thread that keeps its packets going, and a watch that switches off by itself.
 //!
 //! The thread sends a packet a millisecond: the motor that was asked for, or all off; after ten seconds, or when the bench is
-//! dropped, all off. Order and state are one atomic word each. Deliberately absent: the questions (`calibrate.rs`).
+//! dropped, all off. It keeps the newest encoders. Order, state and encoders are one atomic word each. Deliberately absent: the questions (`calibrate.rs`).
 
 use super::calibrate::{Bench, Held};
 use super::packet::{DockLight, Motors, OmniPacket, encode};
-use crate::device::wire::pump::drain;
+use crate::device::wire::pump::{Drained, drain};
 use crate::device::wire::{WireError, WirePort};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -25,10 +25,15 @@ const HOLDING: u8 = 1;
 const TOO_LONG: u8 = 2;
 const GONE: u8 = 3;
 
+/// There has been a packet.
+const SEEN: u64 = 1 << 48;
+
 #[derive(Default)]
 struct Shared {
     /// Joint in the upper half, counts in the lower.
     order: AtomicU32,
+    /// Encoders of the newest packet, 16 bits each, and [`SEEN`].
+    encoders: AtomicU64,
     state: AtomicU8,
     stop: AtomicBool,
 }
@@ -84,6 +89,15 @@ impl Bench for FireWireBench {
         std::thread::sleep(SETTLE);
         self.require().map(|_| if state == TOO_LONG { Held::TooLong } else { Held::Throughout })
     }
+
+    fn encoders(&mut self) -> Result<[u16; 3], String> {
+        self.require()?;
+        let word = self.shared.encoders.load(Ordering::Acquire);
+        if word & SEEN == 0 {
+            return Err(WireError::Answer("no packet has come").to_string());
+        }
+        Ok([0, 16, 32].map(|shift| (word >> shift) as u16))
+    }
 }
 
 impl Drop for FireWireBench {
@@ -102,8 +116,14 @@ fn run(mut port: impl WirePort, shared: &Shared, most: u32) {
         let is_holding = shared.state.load(Ordering::Acquire) == HOLDING;
         held = if is_holding { held.saturating_add(1) } else { 0 };
         let motors = if is_holding { ordered(shared.order.load(Ordering::Acquire)) } else { Motors::Off };
-        let is_well = drain(&mut port, |bytes| OmniPacket::parse(bytes).is_some(), PACE).is_ok()
-            && port.send(encode(motors, DockLight::Dark).bytes()).is_ok();
+        let drained = drain(&mut port, |bytes| OmniPacket::parse(bytes).is_some(), PACE);
+        if let Ok(Drained { newest: Some(bytes), .. }) = drained
+            && let Some(packet) = OmniPacket::parse(bytes.bytes())
+        {
+            let [a, b, c] = packet.encoders.map(u64::from);
+            shared.encoders.store(SEEN | c << 32 | b << 16 | a, Ordering::Release);
+        }
+        let is_well = drained.is_ok() && port.send(encode(motors, DockLight::Dark).bytes()).is_ok();
         if !is_well {
             shared.state.store(GONE, Ordering::Release);
             return;
@@ -134,6 +154,7 @@ mod tests {
     #[derive(Default)]
     struct Log {
         sent: Vec<Motors>,
+        next: Option<OmniPacket>,
         is_gone: bool,
     }
 
@@ -147,8 +168,13 @@ mod tests {
     }
 
     impl WirePort for Port {
-        fn receive(&mut self, _buffer: &mut [u8; LONGEST], _wait: Duration) -> Result<usize, WireError> {
-            if self.log().is_gone { Err(WireError::Gone) } else { Ok(0) }
+        fn receive(&mut self, buffer: &mut [u8; LONGEST], _wait: Duration) -> Result<usize, WireError> {
+            if self.log().is_gone {
+                return Err(WireError::Gone);
+            }
+            let Some(packet) = self.log().next.take().map(|packet| packet.encode()) else { return Ok(0) };
+            buffer[..packet.bytes().len()].copy_from_slice(packet.bytes());
+            Ok(packet.bytes().len())
         }
 
         fn send(&mut self, bytes: &[u8]) -> Result<(), WireError> {
@@ -183,6 +209,19 @@ mod tests {
         assert_eq!(bench.release(), Ok(Held::TooLong));
         drop(bench);
         assert_eq!(port.log().sent.last(), Some(&Motors::Off));
+    }
+
+    #[test]
+    fn the_newest_encoders_are_kept() {
+        let port = Port::default();
+        let mut bench = FireWireBench::new("1", port.clone()).expect("a thread");
+        assert!(bench.encoders().expect_err("none yet").contains("no packet"));
+        for encoders in [[1, 0x8000, 0xffff], [2, 3, 4]] {
+            let gimbal = [(1, 1); 3];
+            let packet = OmniPacket { encoders, gimbal, counter: 0, buttons: 0, is_docked: false };
+            port.log().next = Some(packet);
+            until(|| bench.encoders() == Ok(encoders));
+        }
     }
 
     #[test]

@@ -1,11 +1,12 @@
 //! `haptic-server calibrate-force`: a person with a spring scale, the Omni on FireWire, and a file at the end.
 //!
-//! For every joint, direction and three small counts: the motor goes on for at most ten seconds, the person reads the spring
-//! scale that holds the arm, the motor goes off. `τ = F·lever`, signed like the counts or against them as the person
-//! says. Then the fit (`fit.rs`), and the file (`force_scale.rs`) whose limits are what was measured. `q` ends at any question,
+//! For every joint: which way the motor drives it, by its encoder (`direction.rs`). Then for both directions and three small
+//! counts: the motor goes on for at most ten seconds, the person reads the spring scale that holds the arm, the motor goes
+//! off. `τ = ±F·lever`: F is never negative, the sign is the encoder's. Then the fit (`fit.rs`), and the file (`force_scale.rs`) whose limits are what was measured. `q` ends at any question,
 //! motors off, nothing written. Whoever asks and answers is any reader and writer, and the motors are behind [`Bench`], so that
 //! all of it runs against a script. Deliberately absent: guessing; a reading that came too late is asked for again.
 
+use super::direction::{LEAST_MOVED, direction, enter};
 use super::fit::{self, Reading};
 use super::force_scale::ForceScaleFile;
 use std::io::{BufRead, Write};
@@ -17,7 +18,7 @@ const LEVERS_MM: [f64; 2] = [20.0, 400.0];
 /// Readings that a spring scale can have, newtons.
 const FORCES_N: [f64; 2] = [0.0, 10.0];
 /// Attempts at one question.
-const ATTEMPTS: u32 = 5;
+pub(super) const ATTEMPTS: u32 = 5;
 
 /// Whether a motor was on until its release.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +43,11 @@ pub trait Bench {
     /// # Errors
     /// The device is gone, in words.
     fn release(&mut self) -> Result<Held, String>;
+    /// Encoders of the three joints as they are now; they wrap round.
+    ///
+    /// # Errors
+    /// The device is gone or silent, in words.
+    fn encoders(&mut self) -> Result<[u16; 3], String>;
 }
 
 /// Why there is no file.
@@ -53,6 +59,17 @@ pub enum CalibrateError {
     /// Answers that are none.
     #[error("no usable answer to {0:?} in {ATTEMPTS} attempts; the motors are off, start again")]
     NoAnswer(String),
+    /// A motor's direction is not known.
+    #[error(
+        "{0}: the arm did not follow the motor by {LEAST_MOVED} counts of its encoder in {ATTEMPTS} attempts, so the sign of its \
+         force is not known; nothing is written"
+    )]
+    NotMoved(String),
+    /// Both directions of a motor move the arm the same way.
+    #[error(
+        "joint {0} moved the same way for both signs of the counts; let the motor move it, not the hand; nothing is written"
+    )]
+    OneWay(usize),
     /// The terminal is gone.
     #[error("cannot ask: {0}; the motors are off")]
     Talk(String),
@@ -105,12 +122,13 @@ fn measure(
     let mut readings = Vec::new();
     let mut largest_force_n = [0.0_f64; 3];
     for (joint, largest_n) in largest_force_n.iter_mut().enumerate() {
+        let sign = direction(bench, answers, out, joint)?;
         let question = format!("Joint {}: lever from its axis to the hook, millimetres", joint + 1);
         let lever_m = ask(answers, out, &question, LEVERS_MM)? * 1e-3;
         for counts in STEPS.into_iter().flat_map(|n| [n, -n]) {
             let force_n = read(bench, answers, out, joint, counts)?;
-            *largest_n = largest_n.max(force_n.abs());
-            readings.push(Reading { joint, counts, torque_n_m: force_n * lever_m });
+            *largest_n = largest_n.max(force_n);
+            readings.push(Reading { joint, counts, torque_n_m: sign * f64::from(counts.signum()) * force_n * lever_m });
         }
     }
     let lines = fit::fit(&readings)?;
@@ -149,13 +167,10 @@ fn read(
     let name = format!("joint {}, {counts:+} counts", joint + 1);
     for _ in 0..ATTEMPTS {
         let ready = format!("{name}: hook the scale in, then press Enter for the motor");
-        if !line_of(answers, out, &ready)?.is_empty() {
-            writeln!(out, "Only Enter switches the motor on.")?;
-            continue;
-        }
+        enter(answers, out, &ready)?;
         bench.hold(joint, counts).map_err(CalibrateError::Device)?;
-        let question = format!("{name}: spring scale, newtons (minus if the arm pulls the other way)");
-        let force_n = ask(answers, out, &question, [-FORCES_N[1], FORCES_N[1]]);
+        let question = format!("{name}: spring scale against the motor's pull, newtons");
+        let force_n = ask(answers, out, &question, FORCES_N);
         let held = bench.release().map_err(CalibrateError::Device)?;
         match (force_n?, held) {
             (force_n, Held::Throughout) => return Ok(force_n),
@@ -178,7 +193,11 @@ fn ask(answers: &mut dyn BufRead, out: &mut dyn Write, question: &str, range: [f
     Err(CalibrateError::NoAnswer(question.to_owned()))
 }
 
-fn line_of(answers: &mut dyn BufRead, out: &mut dyn Write, question: &str) -> Result<String, CalibrateError> {
+pub(super) fn line_of(
+    answers: &mut dyn BufRead,
+    out: &mut dyn Write,
+    question: &str,
+) -> Result<String, CalibrateError> {
     write!(out, "{question}: ")?;
     out.flush()?;
     let mut line = String::new();
@@ -200,6 +219,8 @@ mod tests {
     const SERIAL: &str = "51231700321";
     const SCALES: [f64; 3] = [2e-4, -1e-4, 1.5e-4];
     const LEVER_MM: f64 = 150.0;
+    /// Answers until a joint's direction is known.
+    const DIRECTION_LINES: usize = 4;
 
     #[derive(Default)]
     struct Motors {
@@ -207,6 +228,7 @@ mod tests {
         holds: Vec<(usize, i16)>,
         too_long_at: Option<usize>,
         fails_at: Option<usize>,
+        encoders: [u16; 3],
     }
 
     struct Script(Rc<RefCell<Motors>>);
@@ -223,7 +245,13 @@ mod tests {
             }
             motors.holds.push((joint, counts));
             motors.on = Some((joint, counts));
+            let way = (SCALES[joint] * f64::from(counts)).signum() as i16;
+            motors.encoders[joint] = motors.encoders[joint].wrapping_add_signed(200 * way);
             Ok(())
+        }
+
+        fn encoders(&mut self) -> Result<[u16; 3], String> {
+            Ok(self.0.borrow().encoders)
         }
 
         fn release(&mut self) -> Result<Held, String> {
@@ -238,6 +266,7 @@ mod tests {
     fn answers(reading: impl Fn(usize, f64) -> f64) -> Vec<String> {
         let mut lines = Vec::new();
         for joint in 0..3 {
+            lines.extend(vec![String::new(); DIRECTION_LINES]);
             lines.push(format!("{LEVER_MM}"));
             for counts in STEPS.into_iter().flat_map(|n| [n, -n]) {
                 lines.push(String::new());
@@ -248,7 +277,7 @@ mod tests {
     }
 
     fn force(joint: usize, counts: f64) -> f64 {
-        SCALES[joint] * counts / (LEVER_MM * 1e-3)
+        (SCALES[joint] * counts / (LEVER_MM * 1e-3)).abs()
     }
 
     fn run(motors: &Rc<RefCell<Motors>>, lines: &[String]) -> (Result<ForceScaleFile, CalibrateError>, String) {
@@ -272,26 +301,29 @@ mod tests {
         // The weakest joint: 240 · 1e-4 / 0.15 m.
         assert!((file.max_force_n - 0.16).abs() < 1e-9, "{}", file.max_force_n);
         assert!(out.contains("Joint 2: -1.000"), "{out}");
-        assert_eq!(motors.borrow().holds.len(), 18);
+        assert_eq!(motors.borrow().holds.len(), 24);
         assert!(motors.borrow().holds.iter().all(|(_, n)| n.abs() <= 240));
     }
 
     #[test]
     fn a_late_reading_is_asked_for_again() {
-        let motors = Rc::new(RefCell::new(Motors { too_long_at: Some(1), ..Motors::default() }));
+        let motors = Rc::new(RefCell::new(Motors { too_long_at: Some(3), ..Motors::default() }));
         let mut lines = answers(force);
-        lines.splice(1..1, [String::new(), "9.9".to_owned()]);
+        lines.splice(DIRECTION_LINES + 1..DIRECTION_LINES + 1, [String::new(), "9.9".to_owned()]);
         let (file, out) = run(&motors, &lines);
         assert!(file.is_ok() && out.contains("gone off by then"), "{file:?}");
-        assert_eq!(motors.borrow().holds.len(), 19);
+        assert_eq!(motors.borrow().holds.len(), 25);
     }
 
     #[test]
     fn wrong_answers_are_asked_again_and_five_end_it() {
         let motors = Rc::default();
         let mut lines = answers(force);
-        lines.splice(0..0, ["far".to_owned(), "1e9".to_owned(), "nan".to_owned()]);
-        assert!(run(&motors, &lines).0.is_ok());
+        // Two lines after the lever the first reading: no spring scale pulls less than nothing.
+        lines.insert(DIRECTION_LINES + 2, "-0.1".to_owned());
+        lines.splice(DIRECTION_LINES..DIRECTION_LINES, ["far".to_owned(), "1e9".to_owned(), "nan".to_owned()]);
+        let (file, out) = run(&motors, &lines);
+        assert!(file.is_ok() && out.contains("Give a number from 0 to 10"), "{file:?}");
         let (file, _) = run(&motors, &vec!["-".to_owned(); 9]);
         assert!(matches!(file, Err(CalibrateError::NoAnswer(_))), "{file:?}");
     }

@@ -35,21 +35,24 @@ pub enum NoOmni {
     NotThere(usize),
 }
 
-/// The first Omni of the list.
+/// The Omnis of the list, at least one.
 ///
 /// # Errors
 /// [`NoOmni`] says what is missing.
-pub fn find(list: &Path) -> Result<Found, NoOmni> {
+pub fn find(list: &Path) -> Result<Vec<Found>, NoOmni> {
     let mut nodes: Vec<PathBuf> =
         std::fs::read_dir(list).map_err(|_| NoOmni::NoBus)?.flatten().map(|entry| entry.path()).collect();
     nodes.sort();
     let read = |node: &Path, name: &str| std::fs::read_to_string(node.join(name)).unwrap_or_default();
     // Units of a node have a dot in their name and no device of their own.
     nodes.retain(|node| node.file_name().is_some_and(|name| !name.to_string_lossy().contains('.')));
-    let omni = nodes.iter().find(|node| is_omni_guid(&read(node, "guid")) || is_omni_vendor(&read(node, "vendor")));
-    let omni = omni.ok_or(NoOmni::NotThere(nodes.len()))?;
-    let name = omni.file_name().unwrap_or_default();
-    Ok(Found { node: Path::new("/dev").join(name), guid: read(omni, "guid").trim().to_owned() })
+    let is_omni = |node: &Path| is_omni_guid(&read(node, "guid")) || is_omni_vendor(&read(node, "vendor"));
+    let found = |node: &PathBuf| Found {
+        node: Path::new("/dev").join(node.file_name().unwrap_or_default()),
+        guid: read(node, "guid").trim().to_owned(),
+    };
+    let omnis: Vec<Found> = nodes.iter().filter(|node| is_omni(node)).map(found).collect();
+    if omnis.is_empty() { Err(NoOmni::NotThere(nodes.len())) } else { Ok(omnis) }
 }
 
 #[cfg(test)]
@@ -73,7 +76,9 @@ mod tests {
         assert_eq!(absent, NoOmni::NotThere(1));
         assert!(absent.to_string().contains("second port"));
         node(list, "fw1", "0x000b990000000001\n", "0x000b99\n");
+        node(list, "fw2", "0x000b990000000002\n", "0x000b99\n");
         let found = find(list).expect("there");
-        assert_eq!((found.node.to_str(), found.guid.as_str()), (Some("/dev/fw1"), "0x000b990000000001"));
+        assert_eq!((found[0].node.to_str(), found[0].guid.as_str()), (Some("/dev/fw1"), "0x000b990000000001"));
+        assert_eq!((found.len(), found[1].node.to_str()), (2, Some("/dev/fw2")));
     }
 }

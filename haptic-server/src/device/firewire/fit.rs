@@ -14,8 +14,8 @@ const WORST_DIFFERENCE: f64 = 0.20;
 /// Torques below this are nothing that a spring scale shows, newton metres.
 const NOTHING_N_M: f64 = 1e-3;
 
-/// One reading: motor of a joint, counts from zero, and the torque that the spring scale showed, with the sign of its
-/// direction.
+/// One reading: motor of a joint, counts from zero, and the torque that the spring scale showed; positive
+/// drives the joint's angle up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     /// 0 to 2.

@@ -6,16 +6,15 @@
 //! Not tried against a real bus: the test machine has none. The talk and the driver above are tested against a fake node.
 
 use super::event::{Event, LONGEST_EVENT, parse, payload_length};
-use super::find::Found;
 use super::ioctl::{Cdev, ContextKind, Mapping};
-use super::registers::{PAYLOAD, is_maker};
-use super::session::{Direction, FireWireNode, Session};
-use crate::device::wire::{LONGEST, Opener, Packet, WireError};
+use super::registers::PAYLOAD;
+use super::session::{Direction, FireWireNode};
+use crate::device::wire::{LONGEST, Packet, WireError};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
 use std::collections::VecDeque;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Slots of either ring.
@@ -236,32 +235,5 @@ impl Drop for CdevNode {
                 let _stopped = cdev.stop(ring.handle);
             }
         }
-    }
-}
-
-/// Opens the session with a node, again and again.
-#[derive(Clone, Debug)]
-pub struct NodeOpener {
-    path: PathBuf,
-    rest: Packet,
-}
-
-impl NodeOpener {
-    /// For the node of this path; `rest` is the packet without force.
-    #[must_use]
-    pub fn new(found: &Found, rest: Packet) -> Self {
-        Self { path: found.node.clone(), rest }
-    }
-}
-
-impl Opener for NodeOpener {
-    type Port = Session<CdevNode>;
-
-    fn open(&mut self) -> Result<Self::Port, WireError> {
-        let mut node = CdevNode::open(&self.path)?;
-        if !is_maker(node.read_quadlet(super::registers::MAKER)?) {
-            return Err(WireError::Gone);
-        }
-        Session::open(node, self.rest.bytes())
     }
 }

@@ -9,6 +9,8 @@ use super::known::{HidRole, role_of};
 use crate::device::wire::{LONGEST, Opener, WireError, WirePort};
 use hidapi::{BusType, HidApi, HidDevice, HidError};
 use std::ffi::{CStr, CString};
+use std::fs::OpenOptions;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -44,7 +46,23 @@ pub enum HidOpenError {
         /// What to do with it.
         usage: &'static str,
     },
-    /// The node cannot be opened.
+    /// More than one fits.
+    #[error("more than one {wanted} is attached: {nodes}; name one of these nodes with a path")]
+    Several {
+        /// What was looked for.
+        wanted: &'static str,
+        /// Their nodes.
+        nodes: String,
+    },
+    /// The node cannot be opened, and rights are not the cause.
+    #[error("{path}: cannot be opened ({reason}); end other programs that use it, check its cable and power")]
+    Unusable {
+        /// Node.
+        path: PathBuf,
+        /// What the system says.
+        reason: String,
+    },
+    /// The rights on the node are missing.
     #[error(
         "{path}: cannot be opened ({reason}); give the user read and write rights on it by a udev rule: \
          KERNEL==\"hidraw*\", ATTRS{{idVendor}}==\"{vendor:04x}\", ATTRS{{idProduct}}==\"{product:04x}\", MODE=\"0660\", \
@@ -73,6 +91,20 @@ pub struct Listed {
     pub product: u16,
     /// What it calls itself.
     pub name: String,
+    /// Usage pages of its reports, as far as the system tells.
+    pub usage_pages: Vec<u16>,
+}
+
+/// Usage page of the raw reports of an arm's board; its emulated serial port is another node with another page.
+const RAW_REPORTS: u16 = 0xffab;
+
+impl Listed {
+    /// Whether it can have this role. The number of an arm is that of every board with its firmware base.
+    fn fits(&self, role: HidRole) -> bool {
+        let is_shared = (self.vendor, self.product) == (0x16c0, 0x0486);
+        let is_raw = self.usage_pages.is_empty() || self.usage_pages.contains(&RAW_REPORTS);
+        role_of(self.vendor, self.product) == Some(role) && (!is_shared || is_raw)
+    }
 }
 
 /// Every HID device that the system shows; a node that may not be opened is in the list all the same.
@@ -89,32 +121,46 @@ pub fn list() -> Result<Vec<Listed>, HidOpenError> {
             vendor: info.vendor_id(),
             product: info.product_id(),
             name: info.product_string().unwrap_or_default().to_owned(),
+            // 0 is what the list says when it knows none.
+            usage_pages: Some(info.usage_page()).filter(|page| *page != 0).into_iter().collect(),
         })
         .collect();
     // One node may hold several usages.
     all.sort_by(|a, b| a.path.cmp(&b.path));
-    all.dedup_by(|a, b| a.path == b.path);
+    all.dedup_by(|again, first| {
+        let is_same = again.path == first.path;
+        if is_same {
+            first.usage_pages.append(&mut again.usage_pages);
+        }
+        is_same
+    });
     Ok(all)
 }
 
-/// The device to use for a role: the named one, or the only fitting one.
+/// The device to use for a role: the named one, the only fitting arm, or the first fitting side input.
 ///
 /// # Errors
 /// [`HidOpenError`] says what is there instead, and what to do.
 pub fn choose(listed: &[Listed], role: HidRole, path: Option<&Path>) -> Result<Listed, HidOpenError> {
-    let fits = |device: &&Listed| role_of(device.vendor, device.product) == Some(role);
     let wanted = role.name();
     let Some(path) = path else {
         let closed = listed.iter().find(|d| role_of(d.vendor, d.product) == Some(HidRole::TouchHid));
-        return match (listed.iter().find(fits), closed) {
-            (Some(device), _) => Ok(device.clone()),
-            (None, Some(touch)) if role == HidRole::Arm => Err(other(touch, wanted)),
-            (None, _) => Err(HidOpenError::None { wanted, seen: listed.len() }),
+        let fitting: Vec<&Listed> = listed.iter().filter(|device| device.fits(role)).collect();
+        return match (fitting.as_slice(), closed) {
+            ([_, _, ..], _) if role == HidRole::Arm => Err(HidOpenError::Several { wanted, nodes: nodes(&fitting) }),
+            ([device, ..], _) => Ok((*device).clone()),
+            ([], Some(touch)) if role == HidRole::Arm => Err(other(touch, wanted)),
+            ([], _) => Err(HidOpenError::None { wanted, seen: listed.len() }),
         };
     };
     let device = listed.iter().find(|device| device.path == path);
     let device = device.ok_or_else(|| HidOpenError::NotThere(path.to_owned()))?;
-    if fits(&device) { Ok(device.clone()) } else { Err(other(device, wanted)) }
+    // Who names a node says what it is, as far as its number allows.
+    if role_of(device.vendor, device.product) == Some(role) { Ok(device.clone()) } else { Err(other(device, wanted)) }
+}
+
+fn nodes(devices: &[&Listed]) -> String {
+    devices.iter().map(|device| device.path.display().to_string()).collect::<Vec<_>>().join(", ")
 }
 
 fn other(device: &Listed, wanted: &'static str) -> HidOpenError {
@@ -149,15 +195,23 @@ impl HidOpener {
     /// Opens it for the first time: an error names the remedy.
     ///
     /// # Errors
-    /// [`HidOpenError::Refused`].
+    /// [`HidOpenError::Refused`] without rights, else [`HidOpenError::Unusable`].
     pub fn open_first(&self) -> Result<HidrawPort, HidOpenError> {
-        open(&self.path).map_err(|error| HidOpenError::Refused {
-            path: self.listed.path.clone(),
-            reason: error.to_string(),
-            vendor: self.listed.vendor,
-            product: self.listed.product,
+        open(&self.path).map_err(|error| {
+            // `hidapi` says why in words only, so the system is asked once more.
+            let again = OpenOptions::new().read(true).write(true).open(&self.listed.path);
+            refusal(&self.listed, error.to_string(), again.err().map(|cause| cause.kind()))
         })
     }
+}
+
+/// Only missing rights are mended by a rule.
+fn refusal(listed: &Listed, reason: String, kind: Option<ErrorKind>) -> HidOpenError {
+    let path = listed.path.clone();
+    if kind == Some(ErrorKind::PermissionDenied) {
+        return HidOpenError::Refused { path, reason, vendor: listed.vendor, product: listed.product };
+    }
+    HidOpenError::Unusable { path, reason }
 }
 
 fn open(path: &CStr) -> Result<HidrawPort, HidError> {
@@ -169,7 +223,8 @@ impl Opener for HidOpener {
 
     fn open(&mut self) -> Result<HidrawPort, WireError> {
         // A device that was plugged in again may have another node, and its old node may be another device's.
-        let is_same = |d: &&Listed| (d.vendor, d.product) == (self.listed.vendor, self.listed.product);
+        let kind = |d: &Listed| (d.vendor, d.product, d.usage_pages.clone());
+        let is_same = |d: &&Listed| kind(d) == kind(&self.listed);
         let all = list().map_err(|_| WireError::Gone)?;
         let found = all.iter().find(|d| is_same(d) && d.path == self.listed.path).or(all.iter().find(is_same));
         let found = found.ok_or(WireError::Gone)?;
@@ -209,7 +264,22 @@ mod tests {
     use super::*;
 
     fn listed(path: &str, vendor: u16, product: u16) -> Listed {
-        Listed { path: path.into(), vendor, product, name: "something".to_owned() }
+        Listed { path: path.into(), vendor, product, name: "something".to_owned(), usage_pages: Vec::new() }
+    }
+
+    #[test]
+    fn of_a_board_with_two_nodes_the_raw_one_is_the_arm_and_of_two_arms_none_is_guessed() {
+        let node = |path: &str, page: u16| Listed { usage_pages: vec![page], ..listed(path, 0x16c0, 0x0486) };
+        let (serial, raw) = (node("/dev/hidraw1", 0xffc9), node("/dev/hidraw2", 0xffab));
+        assert_eq!(choose(&[serial.clone(), raw.clone()], HidRole::Arm, None), Ok(raw.clone()));
+        assert!(matches!(choose(&[serial], HidRole::Arm, None), Err(HidOpenError::None { .. })));
+        let two = [raw.clone(), listed("/dev/hidraw3", 0x1234, 0x0006)];
+        let told = choose(&two, HidRole::Arm, None).expect_err("which one?").to_string();
+        assert!(told.contains("/dev/hidraw2, /dev/hidraw3"), "{told}");
+        assert_eq!(choose(&two, HidRole::Arm, Some(Path::new("/dev/hidraw2"))), Ok(raw));
+        // A pedal may show as keyboard and mouse: the first.
+        let pedals = ["/dev/hidraw4", "/dev/hidraw5"].map(|path| listed(path, 0x0c45, 0x7403));
+        assert_eq!(choose(&pedals, HidRole::Pedal, None), Ok(pedals[0].clone()));
     }
 
     #[test]
@@ -240,11 +310,14 @@ mod tests {
     }
 
     #[test]
-    fn a_node_that_cannot_be_opened_names_the_rule_that_helps() {
+    fn only_a_node_without_rights_names_the_rule_that_helps() {
         let folder = tempfile::tempdir().expect("folder");
         let path = folder.path().join("hidraw7");
-        let opener = HidOpener::new(listed(&path.to_string_lossy(), 0x16c0, 0x0486)).expect("a path");
-        let refused = opener.open_first().expect_err("no such node").to_string();
+        let arm = listed(&path.to_string_lossy(), 0x16c0, 0x0486);
+        let opener = HidOpener::new(arm.clone()).expect("a path");
+        let gone = opener.open_first().expect_err("no such node");
+        assert!(matches!(gone, HidOpenError::Unusable { .. }) && !gone.to_string().contains("udev"), "{gone}");
+        let refused = refusal(&arm, "os error 13".to_owned(), Some(ErrorKind::PermissionDenied)).to_string();
         assert!(refused.contains("hidraw7") && refused.contains("idVendor}==\"16c0\""), "{refused}");
     }
 }

@@ -60,6 +60,9 @@ pub enum WireError {
     /// The operating system refuses.
     #[error("the operating system refuses the device (error {0}); check its cable and the rights on its node")]
     Os(i32),
+    /// Another device of the same kind has come in its place.
+    #[error("another device than at the start is attached; plug in the first one, or start anew for this one")]
+    Another,
     /// It takes fewer bytes than a packet has.
     #[error("the device takes {taken} of {sent} bytes; check its firmware")]
     Short {

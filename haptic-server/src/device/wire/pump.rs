@@ -1,8 +1,9 @@
 //! The thread of a wire: reads, keeps the newest sound packet, writes what the servo wants, opens again what was lost.
 //!
 //! One round: wait at most 2 ms for a packet, take all that have queued up, hand the newest over, send the servo's newest.
-//! The first packet sent has no force (it starts the stream of some devices), and so has the last. The thread is made by
-//! the servo thread and inherits its scheduling. Cells are triple buffers: neither side ever waits for the other.
+//! The first packet sent has no force (it starts the stream of some devices), and so have the last, in whatever way the servo
+//! ends, and the one that is sent when the servo has put nothing for 20 ms. The thread is made by the servo thread and inherits
+//! its scheduling. Cells are triple buffers: neither side ever waits for the other.
 //! After a loss the wire is opened again with pauses of 0.5 s, doubled up to 8 s.
 
 use super::notice::WireNotice;
@@ -10,11 +11,13 @@ use super::{Arrival, LONGEST, Link, Opener, Packet, WireError, WirePort};
 use crate::device::notice::NoticeRing;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use triple_buffer::{Input, Output, triple_buffer};
 
 /// Longest wait for a packet.
 const WAIT: Duration = Duration::from_millis(2);
+/// The servo puts a packet each millisecond: after so long without a new one the force goes off.
+const STALE: Duration = Duration::from_millis(20);
 /// Packets taken in one go: a device that never stops talking must not keep the thread.
 const MOST_AT_ONCE: u32 = 128;
 /// How often the thread looks while the device is gone.
@@ -46,6 +49,7 @@ pub struct CellLink {
 pub struct PumpEnds {
     inbound: Input<Inbound>,
     outbound: Output<Packet>,
+    rest: Packet,
     state: Inbound,
     stop: Arc<AtomicBool>,
 }
@@ -59,7 +63,7 @@ impl Drop for StopAtTheEnd {
     }
 }
 
-/// Both ends of the cells; `rest` is sent first.
+/// Both ends of the cells; `rest` is sent first and last, and while the servo puts nothing.
 #[must_use]
 pub fn cells(rest: Packet) -> (CellLink, PumpEnds) {
     let state = Inbound { packet: Packet::new(&[]), sound: 0, refused: 0, generation: 0, broken: None };
@@ -67,7 +71,7 @@ pub fn cells(rest: Packet) -> (CellLink, PumpEnds) {
     let (outbound_in, outbound_out) = triple_buffer(&rest);
     let stop = Arc::new(AtomicBool::new(false));
     let link = CellLink { inbound: inbound_out, outbound: outbound_in, seen: 0, stop: stop.clone() };
-    (link, PumpEnds { inbound: inbound_in, outbound: outbound_out, state, stop })
+    (link, PumpEnds { inbound: inbound_in, outbound: outbound_out, rest, state, stop })
 }
 
 impl CellLink {
@@ -173,11 +177,13 @@ impl<O: Opener> Pump<'_, O> {
         self.ends.inbound.write(self.ends.state);
     }
 
-    /// Works until the wire breaks or the servo ends; then the newest packet (the one without force) has been sent.
+    /// Works until the wire breaks or the servo ends; then the packet without force has been sent.
     fn serve(&mut self, port: &mut O::Port) -> Result<(), WireError> {
-        port.send(self.ends.outbound.read().bytes())?;
-        loop {
-            let is_last = self.is_stopped();
+        // Nobody knows how old a packet is that was put while the wire was broken.
+        let _left_over = self.ends.outbound.update();
+        port.send(self.ends.rest.bytes())?;
+        let mut put = None;
+        while !self.is_stopped() {
             let drained = drain(port, self.is_sound, WAIT)?;
             if drained != Drained::default() {
                 self.tell(|state| {
@@ -189,11 +195,13 @@ impl<O: Opener> Pump<'_, O> {
             }
             if self.ends.outbound.update() {
                 port.send(self.ends.outbound.output_buffer().bytes())?;
-            }
-            if is_last {
-                return Ok(());
+                put = Some(Instant::now());
+            } else if put.is_some_and(|at: Instant| at.elapsed() >= STALE) {
+                port.send(self.ends.rest.bytes())?;
+                put = None;
             }
         }
+        port.send(self.ends.rest.bytes())
     }
 
     /// Opens it again, with growing pauses; `None` when the servo ends before.
@@ -218,5 +226,95 @@ impl<O: Opener> Pump<'_, O> {
             }
             pause = (2 * pause).min(LONGEST_PAUSE);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+    use std::sync::{Mutex, PoisonError};
+
+    const REST: u8 = 0;
+
+    /// What was sent, a byte each.
+    #[derive(Clone, Default)]
+    struct Port(Arc<Mutex<Vec<u8>>>);
+
+    impl Port {
+        fn sent(&self) -> Vec<u8> {
+            self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        }
+
+        /// Patience with a loaded machine, not a measurement.
+        fn until(&self, is_so: impl Fn(&[u8]) -> bool) {
+            for _ in 0..60_000 {
+                if is_so(&self.sent()) {
+                    return;
+                }
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            panic!("the thread of the wire has sent {:?}", self.sent());
+        }
+    }
+
+    impl WirePort for Port {
+        fn receive(&mut self, _buffer: &mut [u8; LONGEST], wait: Duration) -> Result<usize, WireError> {
+            std::thread::sleep(wait);
+            Ok(0)
+        }
+
+        fn send(&mut self, bytes: &[u8]) -> Result<(), WireError> {
+            self.0.lock().unwrap_or_else(PoisonError::into_inner).extend(bytes);
+            Ok(())
+        }
+    }
+
+    impl Opener for Port {
+        type Port = Self;
+
+        fn open(&mut self) -> Result<Self, WireError> {
+            Err(WireError::Gone)
+        }
+    }
+
+    /// Runs the thread while `servo` works on the other end.
+    fn beside(port: &Port, servo: impl FnOnce(&mut CellLink)) {
+        let (mut link, ends) = cells(Packet::new(&[REST]));
+        let (mut opener, ring) = (port.clone(), NoticeRing::new(4));
+        let pump = Pump { opener: &mut opener, port: Some(port.clone()), ends, ring: &ring, is_sound: |_| true };
+        std::thread::scope(|scope| {
+            let stop = link.stop_at_the_end();
+            scope.spawn(move || pump.run());
+            port.until(|sent| sent == [REST]);
+            servo(&mut link);
+            drop(stop);
+        });
+    }
+
+    #[test]
+    fn a_servo_that_puts_nothing_more_leaves_no_force() {
+        let port = Port::default();
+        beside(&port, |link| {
+            link.put(&Packet::new(&[7]));
+            port.until(|sent| sent == [REST, 7, REST]);
+            link.put(&Packet::new(&[8]));
+            port.until(|sent| sent.starts_with(&[REST, 7, REST, 8]));
+        });
+    }
+
+    #[test]
+    fn after_a_panic_of_the_servo_the_last_packet_has_no_force() {
+        let port = Port::default();
+        let outcome = catch_unwind(AssertUnwindSafe(|| {
+            beside(&port, |link| {
+                link.put(&Packet::new(&[7]));
+                port.until(|sent| sent.contains(&7));
+                link.put(&Packet::new(&[9]));
+                resume_unwind(Box::new("the servo"));
+            });
+        }));
+        assert!(outcome.is_err());
+        assert_eq!(port.sent().last(), Some(&REST), "{:?}", port.sent());
     }
 }
