@@ -75,12 +75,18 @@ impl Machine {
         self.root.join(path.trim_start_matches('/'))
     }
 
+    /// The bytes of a file.
+    #[must_use]
+    pub fn bytes(&self, path: &str) -> Option<Vec<u8>> {
+        let mut bytes = Vec::new();
+        File::open(self.place(path)).ok()?.take(MAX_TEXT).read_to_end(&mut bytes).ok()?;
+        Some(bytes)
+    }
+
     /// The text of a file.
     #[must_use]
     pub fn text(&self, path: &str) -> Option<String> {
-        let mut bytes = Vec::new();
-        File::open(self.place(path)).ok()?.take(MAX_TEXT).read_to_end(&mut bytes).ok()?;
-        Some(String::from_utf8_lossy(&bytes).into_owned())
+        self.bytes(path).map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
     }
 
     /// The text of a file of one value, without blanks round it.

@@ -5,6 +5,7 @@
 //! with SensAble's vendor number. Deliberately absent: asking the device anything.
 
 use super::known::{Backend, Kind, Link, OMNI, Role, SENSABLE, of_usb};
+use crate::device::hid::known::{ARM_USAGE_PAGE, node_number};
 use crate::machine::Machine;
 
 /// One known device.
@@ -84,17 +85,19 @@ fn usb(machine: &Machine) -> Vec<Attached> {
 
 /// Serial ports with the numbers of the product that they belong to.
 fn serial_ports(machine: &Machine) -> Vec<(u16, u16, String)> {
-    let names = machine.names("/sys/class/tty").into_iter().filter(|name| name.starts_with("ttyACM"));
+    let mut names = machine.names("/sys/class/tty");
+    names.retain(|name| name.starts_with("ttyACM"));
+    names.sort_by_key(|name| node_number(name));
     let port = |name: String| {
         let text = machine.text(&format!("/sys/class/tty/{name}/device/uevent"))?;
         let product = text.lines().find_map(|line| line.strip_prefix("PRODUCT="))?;
         let mut parts = product.split('/');
         Some((hex(parts.next()?)?, hex(parts.next()?)?, format!("/dev/{name}")))
     };
-    names.filter_map(port).collect()
+    names.into_iter().filter_map(port).collect()
 }
 
-/// Report nodes with their numbers.
+/// Report nodes with their numbers: those with the arm's usage page first, since a Teensy has a second node, then by the node's number.
 fn report_nodes(machine: &Machine) -> Vec<(u16, u16, String)> {
     let node = |name: String| {
         let text = machine.text(&format!("/sys/class/hidraw/{name}/device/uevent"))?;
@@ -103,7 +106,15 @@ fn report_nodes(machine: &Machine) -> Vec<(u16, u16, String)> {
         let mut number = || u32::from_str_radix(parts.next()?, 16).ok().and_then(|n| u16::try_from(n).ok());
         Some((number()?, number()?, format!("/dev/{name}")))
     };
-    machine.names("/sys/class/hidraw").into_iter().filter_map(node).collect()
+    // A report descriptor begins with its usage page: item 06, two bytes, the lower one first.
+    let [low, high] = ARM_USAGE_PAGE.to_le_bytes();
+    let is_arm = |name: &str| {
+        let descriptor = machine.bytes(&format!("/sys/class/hidraw/{name}/device/report_descriptor"));
+        descriptor.is_some_and(|bytes| bytes.starts_with(&[0x06, low, high]))
+    };
+    let mut names = machine.names("/sys/class/hidraw");
+    names.sort_by_cached_key(|name| (!is_arm(name), node_number(name)));
+    names.into_iter().filter_map(node).collect()
 }
 
 fn firewire(machine: &Machine) -> Vec<Attached> {
@@ -171,6 +182,20 @@ mod tests {
             .with("sys/class/tty/ttyACM1/device/uevent", "PRODUCT=2988/302/100\n");
         let nodes: Vec<_> = attached(&tree.machine()).into_iter().filter_map(|a| a.node).collect();
         assert_eq!(nodes, ["/dev/ttyACM0", "/dev/ttyACM1"]);
+    }
+
+    #[test]
+    fn of_the_two_nodes_of_a_teensy_the_one_with_the_arms_page_is_shown_else_the_lower_number() {
+        const ID: &str = "HID_ID=0003:000016C0:00000486\n";
+        let at = |number: u32, what: &str| format!("sys/class/hidraw/hidraw{number}/device/{what}");
+        let tree =
+            usb_device(Tree::new(), "1-1", "16c0", "0486").with(&at(9, "uevent"), ID).with(&at(10, "uevent"), ID);
+        let node = |tree: &Tree| attached(&tree.machine()).into_iter().find_map(|a| a.node);
+        assert_eq!(node(&tree).as_deref(), Some("/dev/hidraw9"), "no descriptor is shown");
+        let tree = tree.with_bytes(&at(9, "report_descriptor"), &[0x06, 0xc9, 0xff, 0x09, 0x04]);
+        assert_eq!(node(&tree).as_deref(), Some("/dev/hidraw9"), "another page");
+        let tree = tree.with_bytes(&at(10, "report_descriptor"), &[0x06, 0xab, 0xff, 0x0a, 0x00, 0x02]);
+        assert_eq!(node(&tree).as_deref(), Some("/dev/hidraw10"));
     }
 
     proptest! {

@@ -16,9 +16,14 @@ impl Tree {
 
     /// With this file in it.
     pub(crate) fn with(self, path: &str, text: &str) -> Self {
+        self.with_bytes(path, text.as_bytes())
+    }
+
+    /// With this file, which is no text, in it.
+    pub(crate) fn with_bytes(self, path: &str, bytes: &[u8]) -> Self {
         let place = self.0.path().join(path);
         std::fs::create_dir_all(place.parent().expect("below the root")).expect("own folder");
-        std::fs::write(place, text).expect("own file");
+        std::fs::write(place, bytes).expect("own file");
         self
     }
 

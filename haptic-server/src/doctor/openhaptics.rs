@@ -7,6 +7,7 @@
 
 use super::check::Check;
 use crate::device::openhaptics::library::LibraryError;
+use crate::devices::attached;
 use crate::exit;
 use crate::machine::Machine;
 use std::path::{Path, PathBuf};
@@ -23,6 +24,8 @@ const NUMBERS: [&str; 9] = [
     "NominalMaxForce",
     "NominalMaxContinuousForce",
 ];
+/// Numbers of the Touch HID.
+const TOUCH_HID: &str = "2988:0304";
 /// Where the FireWire generation keeps its configuration.
 const FIREWIRE_FOLDER: &str = "/etc/SensAble/PHANToMDeviceDrivers";
 
@@ -119,7 +122,8 @@ fn fault(machine: &Machine, text: &str) -> Option<String> {
     let port =
         value(text, "Channel").and_then(|channel| channel.parse::<u32>().ok()).map(|n| format!("/dev/ttyACM{n}"));
     // A Touch HID has no serial port, whatever its configuration says.
-    port.filter(|port| is_serial && !machine.has(port) && machine.names("/sys/class/hidraw").is_empty()).map(|port| {
+    let has_touch_hid = || attached(machine).iter().any(|device| device.id == TOUCH_HID);
+    port.filter(|port| is_serial && !machine.has(port) && !has_touch_hid()).map(|port| {
         format!("Channel names {port}, which is not there (the number changes when a device is plugged in again)")
     })
 }
@@ -157,6 +161,19 @@ mod tests {
             assert_eq!(row.status, Status::Fail, "{to}");
             assert!(row.found.contains(said), "{row:?}");
         }
+    }
+
+    #[test]
+    fn a_channel_without_port_is_excused_by_a_touch_hid_and_not_by_a_keyboard() {
+        let keyboard = tree(&SOUND.replace("Channel=0", "Channel=7"))
+            .with("sys/class/hidraw/hidraw0/device/uevent", "HID_ID=0003:0000046D:0000C31C\n")
+            .with("sys/bus/usb/devices/1-1/idVendor", "046d\n")
+            .with("sys/bus/usb/devices/1-1/idProduct", "c31c\n");
+        assert_eq!(row(&keyboard).status, Status::Fail);
+        let touch = keyboard
+            .with("sys/bus/usb/devices/1-2/idVendor", "2988\n")
+            .with("sys/bus/usb/devices/1-2/idProduct", "0304\n");
+        assert_eq!(row(&touch).status, Status::Ok);
     }
 
     #[test]

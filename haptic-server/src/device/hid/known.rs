@@ -50,6 +50,15 @@ impl HidRole {
     }
 }
 
+/// Usage page of the raw reports of a Teensy, the open HID arm's board; its other interface (a serial console) has another.
+pub const ARM_USAGE_PAGE: u16 = 0xffab;
+
+/// The number at the end of a node's name (`hidraw10`: 10), by which nodes are ordered; the largest without one.
+#[must_use]
+pub fn node_number(name: &str) -> u32 {
+    name.rsplit(|c: char| !c.is_ascii_digit()).next().and_then(|digits| digits.parse().ok()).unwrap_or(u32::MAX)
+}
+
 /// Products of the older 3D mice among those of their maker.
 const OLD_MICE: [u16; 11] = [0xc603, 0xc605, 0xc606, 0xc621, 0xc623, 0xc625, 0xc626, 0xc627, 0xc628, 0xc629, 0xc62b];
 
