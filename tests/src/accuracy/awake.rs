@@ -33,7 +33,7 @@ const PULL_PERIODS: u32 = 20;
 /// Periods watched.
 const PERIODS: u32 = 120;
 /// How far a node at rest may be from where its springs want it, metres: ten times the default, so that the smallest sheet is
-/// not awake at once.
+/// not awake at once. All figures of the section are from this tolerance.
 const TOLERANCE_M: f64 = 1e-8;
 
 /// Cost of one period.
@@ -84,7 +84,7 @@ pub(super) fn measure(effort: Effort, progress: &Progress<'_>) -> Section {
         key: "awake",
         title: "Nodes at rest sleep".to_owned(),
         words: vec![
-            "Sheets of skin, asleep, pulled by 0.5 mm in their middle: per period of 2 ms the nodes that are awake, the \
+            "Sheets of skin, asleep (tolerance 10 nm, ten times the default), pulled by 0.5 mm in their middle: per period of 2 ms the nodes that are awake, the \
              half-springs that a step visits, and its processor time; straight lines by least squares. The fixed part a is what \
              the border between awake and sleeping tiles costs beyond its share per node, not what the mesh costs: it must not \
              grow with the mesh. The last columns are the same pull with nobody asleep."

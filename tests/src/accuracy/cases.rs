@@ -110,6 +110,17 @@ pub(super) enum CaseError {
     /// The network.
     #[error(transparent)]
     Network(#[from] NetworkError),
+    /// Springs that the references and the cases do not know.
+    #[error(
+        "{springs} springs at the suture points of scene {scene} pull only, which the references of this report cannot follow; \
+         set suture.spring_law = \"bilateral\""
+    )]
+    PullsOnly {
+        /// Scene.
+        scene: String,
+        /// How many.
+        springs: usize,
+    },
 }
 
 /// One case.
@@ -159,6 +170,10 @@ impl Case {
     pub(super) fn of_scene(subject: &Subject) -> Result<Vec<Self>, CaseError> {
         let scene = subject.build()?;
         let tissue = scene.tissue();
+        let springs = tissue.network.pulls_only.len();
+        if springs > 0 {
+            return Err(CaseError::PullsOnly { scene: subject.name.clone(), springs });
+        }
         let case = |regime| {
             Ok(Self {
                 scene: subject.name.clone(),
@@ -223,6 +238,7 @@ fn smooth(u: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sim_core::scene::config::SpringLawReading;
 
     #[test]
     fn the_way_is_smooth_there_and_back() {
@@ -230,6 +246,14 @@ mod tests {
         let steps: Vec<f64> = (0..=4500).map(|i| pull_and_release(f64::from(i) * 1e-4)).collect();
         let second = steps.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).fold(0.0, f64::max);
         assert!(second < 1e-5, "no kink: {second}");
+    }
+
+    #[test]
+    fn springs_that_pull_only_are_refused() {
+        let mut subject = Subject::preset("skin", Effort::Quick);
+        subject.source.config.suture.spring_law = SpringLawReading::PaperTension;
+        let refusal = Case::of_scene(&subject).expect_err("no reference knows such springs").to_string();
+        assert!(refusal.contains("scene skin") && refusal.contains("suture.spring_law = \"bilateral\""), "{refusal}");
     }
 
     #[test]

@@ -108,6 +108,6 @@ fn measure_scene(
             points.push(point);
         }
     }
-    section.rows.extend(rows(name, "switched", &points));
+    section.rows.extend(rows(name, "switched", &points, None));
     Ok(())
 }

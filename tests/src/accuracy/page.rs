@@ -3,7 +3,7 @@
 //! Numbers are shortened to four significant digits for the eye; the JSON and CSV files hold them whole.
 
 use super::document::{Report, effort_name};
-use super::section::Section;
+use super::section::{Row, Section};
 use haptic_server::report::svg::escape;
 use serde_json::Value;
 use std::fmt::Write as _;
@@ -108,9 +108,13 @@ fn write_section(page: &mut String, section: &Section) {
         for row in &section.rows {
             let bad = row.iter().any(|(name, value)| is_bad(name, value));
             page.push_str(if bad { "<tr class=\"bad\">" } else { "<tr>" });
-            for (_, value) in row {
+            for (name, value) in row {
                 let class = if value.is_string() { " class=\"text\"" } else { "" };
-                let _ = write!(page, "<td{class}>{}</td>", escape(&for_the_eye(value)));
+                let _ = write!(
+                    page,
+                    "<td{class}>{}</td>",
+                    escape(&unresolved(row, name, value).unwrap_or_else(|| for_the_eye(value)))
+                );
             }
             page.push_str("</tr>\n");
         }
@@ -126,6 +130,13 @@ fn is_bad(name: &str, value: &Value) -> bool {
         "outcome" => value == "wrong",
         _ => false,
     }
+}
+
+/// `< least` for an error below what its row says the references resolve.
+fn unresolved(row: &Row, name: &str, value: &Value) -> Option<String> {
+    let (_, least) = row.iter().find(|(column, _)| *column == "resolved_from")?;
+    let (least, error) = (least.as_f64()?, value.as_f64()?);
+    (matches!(name, "position_error" | "force_error") && error < least).then(|| format!("< {least:.0e}"))
 }
 
 /// Four significant digits; small and large numbers as powers of ten.
@@ -157,6 +168,19 @@ fn shortened(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn an_error_below_the_references_is_written_as_such() {
+        let row: Row = vec![
+            ("position_error", json!(5e-9)),
+            ("force_error", json!(9e-9)),
+            ("energy_drift", json!(1e-12)),
+            ("resolved_from", json!(8e-9)),
+        ];
+        let written: Vec<Option<String>> = row.iter().map(|(name, value)| unresolved(&row, name, value)).collect();
+        assert_eq!(written, [Some("< 8e-9".to_owned()), None, None, None]);
+    }
 
     #[test]
     fn numbers_keep_four_digits() {

@@ -64,7 +64,8 @@ fn words(mesh: &str, missing: Option<NotCounted>) -> Vec<String> {
              and the same scene without it; the recording per five ticks of the servo. A stage that is present costs \
              `instructions`. `absent_instructions` is what is left of it in a scene without: the count of the preset with no \
              optional stage, less that of the same scene in a build whose code has none of them; `absent_share` is that \
-             difference as a share of the step."
+             difference as a share of the step. One comparison covers all five stages together (attachments, line, control, \
+             inner layers, sleep), on the skin, under the semi-implicit integrator: its rows repeat one number."
         ),
         "Nanoseconds are processor time on a shared machine, the least of repeats: differences below a few hundred \
          nanoseconds are noise, and may be negative."

@@ -11,8 +11,8 @@ use super::plot::{Axis, Level, Panel, Series, integrator_style, panels_svg};
 use super::section::{Effort, Figure, Progress, Row, Section};
 use super::side_by_side::dearest_first;
 use super::tissue_run::{Cost, Extras, TissueRun, run, time};
-use super::truth::{self, Judged};
-use crate::reference::{Difference, Samples};
+use super::truth::{self, Judged, Truth};
+use crate::reference::Difference;
 use serde_json::{Value, json};
 use sim_core::tissue::integrator::Integrator;
 
@@ -20,6 +20,8 @@ use sim_core::tissue::integrator::Integrator;
 const LADDER: [usize; 13] = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000];
 /// A run whose positions are off by more than its motion follows nothing.
 const LOST: f64 = 1.0;
+/// An error counts as measured from this many times the difference of the references on.
+const RESOLVED: f64 = 3.0;
 
 /// One point of the diagram.
 #[derive(Clone, Debug)]
@@ -76,9 +78,9 @@ pub(super) fn measure(effort: Effort, subjects: &[Subject], progress: &Progress<
         for Judged { case, truth, .. } in judged.iter().filter(|j| j.case.scene == *name) {
             let Some(truth) = truth else { continue };
             let points = ladder(case, truth, effort, progress);
-            section.rows.extend(rows(name, case.regime.name(), &points));
+            section.rows.extend(rows(name, case.regime.name(), &points, Some(truth.floor)));
             let chosen = choice::measure(case, truth, progress);
-            choices.extend(chosen.as_ref().map(|chosen| choice::row(case, chosen, &points)));
+            choices.extend(chosen.as_ref().map(|chosen| choice::row(case, chosen, &points, truth.floor)));
             panels.push((case.regime, points, chosen));
         }
         if !panels.is_empty() {
@@ -102,6 +104,9 @@ fn words(effort: Effort) -> Vec<String> {
         "Read a figure from the bottom left: the lowest point left of the real-time line is the most accurate setting that \
          still keeps up. Errors of a few per cent of the force are below what a hand can tell (the 5 % line)."
             .into(),
+        "An error below three times the difference of the two references (`resolved_from`) is not told from none: such rows \
+         say `below_reference`, have no order, and the table writes “<” there."
+            .into(),
     ]
 }
 
@@ -109,7 +114,7 @@ fn words(effort: Effort) -> Vec<String> {
 type Setting = (Integrator, usize, Result<Cost, String>);
 
 /// Times one integrator after the other down the ladder, alone; then finds all errors, side by side.
-fn ladder(case: &Case, truth: &Samples, effort: Effort, progress: &Progress<'_>) -> Vec<Point> {
+fn ladder(case: &Case, truth: &Truth, effort: Effort, progress: &Progress<'_>) -> Vec<Point> {
     let mut settings: Vec<Setting> = Vec::new();
     for integrator in Integrator::ALL {
         let mut last: Option<(f64, usize)> = None;
@@ -141,7 +146,7 @@ fn ladder(case: &Case, truth: &Samples, effort: Effort, progress: &Progress<'_>)
 }
 
 /// The error of a setting whose cost is known; `None` when stopped.
-pub(super) fn point(case: &Case, truth: &Samples, setting: &Setting, progress: &Progress<'_>) -> Option<Point> {
+pub(super) fn point(case: &Case, truth: &Truth, setting: &Setting, progress: &Progress<'_>) -> Option<Point> {
     let (integrator, per_sample, cost) = setting;
     let (integrator, dt_s) = (*integrator, SAMPLE_S / *per_sample as f64);
     let refused = |note: String| Point { integrator, dt_s, run: None, off: None, note };
@@ -152,15 +157,17 @@ pub(super) fn point(case: &Case, truth: &Samples, setting: &Setting, progress: &
     match run(case, integrator, *per_sample, &Extras::none(), progress.stop) {
         Ok(run) => {
             let run = TissueRun { cost, ..run? };
-            let off = Some(run.samples.against(truth, &case.start_m));
+            let off = Some(run.samples.against(&truth.samples, &case.start_m));
             Some(Point { integrator, dt_s, run: Some(run), off, note: String::new() })
         }
         Err(why) => Some(refused(why.to_string())),
     }
 }
 
-/// Rows of one case.
-pub(super) fn rows(scene: &str, case: &str, points: &[Point]) -> Vec<Row> {
+/// Rows of one case; `floor` is the difference of its references, where it has two.
+pub(super) fn rows(scene: &str, case: &str, points: &[Point], floor: Option<f64>) -> Vec<Row> {
+    let resolved_from = floor.map(|floor| RESOLVED * floor);
+    let below = |off: Difference| resolved_from.is_some_and(|least| off.position.min(off.force) < least);
     let mut rows = Vec::with_capacity(points.len());
     for (i, point) in points.iter().enumerate() {
         let coarser =
@@ -169,8 +176,8 @@ pub(super) fn rows(scene: &str, case: &str, points: &[Point]) -> Vec<Row> {
         let off = point.off.filter(|_| !unstable);
         let value = |pick: fn(&Difference) -> f64| json!(off.as_ref().map(pick));
         let order = coarser
-            .and_then(|c| c.off)
-            .zip(off)
+            .and_then(|c| c.off.filter(|off| !below(*off)))
+            .zip(off.filter(|off| !below(*off)))
             .zip(coarser)
             .map(|((c, f), coarser)| (c.position / f.position).ln() / (coarser.dt_s / point.dt_s).ln());
         let run = point.run.as_ref();
@@ -184,6 +191,8 @@ pub(super) fn rows(scene: &str, case: &str, points: &[Point]) -> Vec<Row> {
             ("position_error", value(|d| d.position)),
             ("force_error", value(|d| d.force)),
             ("force_error_max_n", value(|d| d.force_max_n)),
+            ("below_reference", json!(off.is_some_and(below))),
+            ("resolved_from", json!(resolved_from)),
             ("cpu_per_sim", json!(point.cpu_per_sim())),
             ("unstable", json!(unstable)),
             ("step_p50_ns", percentile(0.5)),
@@ -245,4 +254,27 @@ fn series(points: &[Point], chosen: Option<&Chosen>, pick: fn(&Difference) -> f6
         series
     };
     Integrator::ALL.into_iter().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_below_what_the_references_resolve_have_no_order() {
+        let point = |dt_s: f64, error: f64| {
+            let off = Difference { position: error, force: error, force_max_n: 0.0, energy: 0.0 };
+            Point { integrator: Integrator::Verlet, dt_s, run: None, off: Some(off), note: String::new() }
+        };
+        let points = [point(4e-3, 1.6e-7), point(2e-3, 4e-8), point(1e-3, 1e-8)];
+        let column = |floor, name: &str| -> Vec<Value> {
+            let value = |row: Row| row.into_iter().find(|(n, _)| *n == name).map(|(_, v)| v);
+            rows("skin", "low_drag", &points, floor).into_iter().filter_map(value).collect()
+        };
+        let told = |orders: &[Value]| orders.iter().map(|o| o.as_f64().map(f64::round)).collect::<Vec<_>>();
+        assert_eq!(column(Some(1e-8), "below_reference"), [false, false, true].map(Value::Bool));
+        assert_eq!(told(&column(Some(1e-8), "observed_order")), [None, Some(2.0), None]);
+        assert_eq!(column(None, "below_reference"), [false; 3].map(Value::Bool));
+        assert_eq!(told(&column(None, "observed_order")), [None, Some(2.0), Some(2.0)]);
+    }
 }

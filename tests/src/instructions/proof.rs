@@ -1,9 +1,9 @@
 //! Absent stages cost nothing: a scene without a stage against a build without it.
 //!
-//! One comparison holds for every optional stage at once: the skin has none of them here, inner layers included, and the
-//! other build has the code of none. (`--features bare-core/inner-layers` lets that build take liver and vessel, any
+//! One comparison covers all five stages together (attachments, line, control, inner layers, sleep), on the skin, under
+//! the semi-implicit integrator: the scene has none of them here, and the other build has the code of none. (`--features bare-core/inner-layers` lets that build take liver and vessel, any
 //! other feature of `bare-core` singles out what is left.) The recording is compared on the servo's tick. That a
-//! comparison can fail is shown by the same count with the stage present.
+//! comparison can fail is shown by the same count with the stage present, against the count that lacks this stage alone.
 
 /// Largest difference, as a share of the step.
 pub const ABSENCE_TOLERANCE: f64 = 1e-3;
@@ -17,25 +17,26 @@ pub struct Absence {
     pub without: String,
     /// Absent in the program.
     pub bare: String,
-    /// Present: cost something else, more or, asleep, less.
-    pub present: Vec<String>,
+    /// Present, beside the case that lacks only this: costs something else, more or, asleep, less.
+    pub present: Vec<[String; 2]>,
 }
 
 /// The comparisons.
 #[must_use]
 pub fn absences() -> Vec<Absence> {
     let preset = |work: &str| format!("preset/skin/{work}");
+    let stages = [("attachments", "none"), ("line", "none"), ("line+control", "line"), ("sleep", "none")];
     let skin = Absence {
         scene: "skin",
         without: preset("full/none"),
         bare: preset("bare/none"),
-        present: ["attachments", "line", "line+control", "sleep"].map(|part| preset(&format!("full/{part}"))).to_vec(),
+        present: stages.map(|(with, beside)| [with, beside].map(|parts| preset(&format!("full/{parts}")))).to_vec(),
     };
     let servo = Absence {
         scene: "servo",
         without: "servo/silent".to_owned(),
         bare: "servo/without".to_owned(),
-        present: vec!["servo/recording".to_owned()],
+        present: vec![["servo/recording", "servo/silent"].map(str::to_owned)],
     };
     vec![skin, servo]
 }
@@ -43,7 +44,7 @@ pub fn absences() -> Vec<Absence> {
 impl Absence {
     /// All its cases.
     pub fn cases(&self) -> impl Iterator<Item = &String> {
-        [&self.without, &self.bare].into_iter().chain(&self.present)
+        [&self.without, &self.bare].into_iter().chain(self.present.iter().flatten())
     }
 
     /// Difference of two counts as a share of the second.

@@ -195,3 +195,38 @@ pub(crate) fn largest_frequency(network: &SpringNetwork, moves: &[bool], x: &[[f
     }
     value.sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generators::{SplitMix, sheet};
+
+    /// Central differences over 0.1 µm on springs of 2 mm: cut off at 1e-9 of a force, rounding of the energy below 1e-7.
+    const DIFFERENCE_M: f64 = 1e-7;
+    const TOLERANCE: f64 = 1e-6;
+
+    #[test]
+    fn forces_are_the_slope_of_the_energy() {
+        let network = sheet(4, 3, 2e-3, 160.0, 5e-5, 3.0);
+        let edges = EdgeList::new(&network);
+        assert_ne!(edges.edges.len() % 4, 0, "both loops of the forces are taken");
+        let mut chance = SplitMix(7);
+        let mut x: Vec<[f64; 3]> =
+            network.rest_m.iter().map(|p| std::array::from_fn(|i| p[i] + 1e-3 * (chance.unit() - 0.5))).collect();
+        let mut forces = vec![[0.0; 3]; x.len()];
+        edges.forces(&x, &mut forces);
+        let largest = forces.iter().flatten().fold(0.0, |most: f64, f| most.max(f.abs()));
+        for node in 0..x.len() {
+            for i in 0..3 {
+                let here = x[node][i];
+                let [more, less] = [1.0, -1.0].map(|sign| {
+                    x[node][i] = here + sign * DIFFERENCE_M;
+                    edges.energy_j(&x)
+                });
+                x[node][i] = here;
+                let slope = (more - less) / (2.0 * DIFFERENCE_M);
+                assert!((forces[node][i] + slope).abs() < TOLERANCE * largest, "{node}: {} {slope}", forces[node][i]);
+            }
+        }
+    }
+}

@@ -3,8 +3,9 @@
 //! Both limits follow from one displacement `τ` ([`SleepParams::tolerance_m`]): a node at rest may lack at most the force
 //! `τ Σ k` of its own springs, and may still have the speed `τ max(√(Σ k/m), c/m)`, with which it would come to a stop
 //! within `τ`. It falls asleep at [`SLEEP_SHARE`] of the force, so that it does not wake at once.
-//! `τ` is one node against its neighbours. Neglected forces of one sign over `n × n` nodes add up to about `τ n²/2` in the
-//! plane of a sheet, and to `1/ε` of that out of it where only a pre-strain `ε` resists.
+//! `τ` is per node, against its own springs. A slow mode of `n` nodes across can be left `¼ τ Σk / K_mode` from rest, up to
+//! `n² τ` at 5 % pre-strain. `K_mode/Σk` is `¾ ε (π/(n − 1))²` out of the plane of a clamped sheet that only a pre-strain `ε` holds:
+//! at 1 nm and 5 % that is 0.7 µm on 33², 2.8 µm on 65² and 11 µm on 129² nodes.
 
 use crate::tissue::network::SpringNetwork;
 
