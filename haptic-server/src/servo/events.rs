@@ -73,8 +73,9 @@ pub struct ServoEvent {
     pub kind: EventKind,
 }
 
-/// The events of one tick.
+/// The events of one tick; in whole cache lines, so that every copy costs the same.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 pub struct EventBatch {
     events: [ServoEvent; MAX_EVENTS_PER_TICK],
     count: usize,
