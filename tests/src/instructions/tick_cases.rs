@@ -7,6 +7,7 @@
 use super::Step;
 use haptic_server::device::{DeviceLimits, DeviceSample, SampleQuality, TickTime};
 use haptic_server::servo::clock::Wakefulness;
+use haptic_server::servo::events::EventBatch;
 use haptic_server::servo::flight_recorder::TickRecord;
 use haptic_server::servo::params::{ServoConfig, ServoParams};
 use haptic_server::servo::tick::{Orders, Rights, Servo, TickInput};
@@ -54,25 +55,37 @@ fn stepping<R: TickRing + 'static>(mut ends: RoomEnds<R>, mut outer: OuterEnds) 
         let mut is_new = true;
         for _ in 0..TICKS {
             now_ns += TICK_NS;
-            let time = TickTime { scheduled_ns: now_ns, now_ns, dt_s: TICK_S };
-            let (orders, wakefulness) = (Orders::default(), Wakefulness::Awake);
-            let new_port = std::mem::take(&mut is_new).then_some(&port.0);
-            let input = TickInput { time, sample: &still(now_ns), new_port, orders, wakefulness };
-            let output = servo.0.tick(&input);
-            let record = TickRecord {
-                state: *servo.0.state(),
-                scheduled_ns: now_ns,
-                now_ns,
-                dt_s: TICK_S,
-                compute_ns: 0,
-                clips: output.clips,
-            };
-            ends.hand_out(&record, &output.events);
+            let (record, events) = tick(&mut servo.0, now_ns, std::mem::take(&mut is_new).then_some(&port.0));
+            ends.hand_out(&record, &events);
         }
-        while outer.flight.pop().is_ok() {}
-        while outer.events.pop().is_ok() {}
-        while outer.record.as_mut().is_some_and(|ring| ring.pop().is_ok()) {}
+        drain(&mut outer);
     }))
+}
+
+/// One tick, the same code in every case.
+#[inline(never)]
+fn tick(servo: &mut Servo, now_ns: u64, new_port: Option<&TissuePort>) -> (TickRecord, EventBatch) {
+    let time = TickTime { scheduled_ns: now_ns, now_ns, dt_s: TICK_S };
+    let (orders, wakefulness) = (Orders::default(), Wakefulness::Awake);
+    let input = TickInput { time, sample: &still(now_ns), new_port, orders, wakefulness };
+    let output = servo.tick(&input);
+    let record = TickRecord {
+        state: *servo.state(),
+        scheduled_ns: now_ns,
+        now_ns,
+        dt_s: TICK_S,
+        compute_ns: 0,
+        clips: output.clips,
+    };
+    (record, output.events)
+}
+
+/// Empties the other ends.
+#[inline(never)]
+fn drain(outer: &mut OuterEnds) {
+    while outer.flight.pop().is_ok() {}
+    while outer.events.pop().is_ok() {}
+    while outer.record.as_mut().is_some_and(|ring| ring.pop().is_ok()) {}
 }
 
 fn still(time_ns: u64) -> DeviceSample {
