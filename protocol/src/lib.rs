@@ -2,6 +2,7 @@
 //! ports per role, run directory and trace format. No physics.
 
 pub mod names;
+pub mod pointer_hand;
 pub mod ports;
 pub mod run;
 pub mod scene_frame;

@@ -50,6 +50,7 @@ pub fn run_id_of(directory: &str) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pointer_hand::PointerHand;
     use crate::scene_frame::{FrameHeader, OutlineHeader};
     use crate::servo_state::ServoState;
     use crate::session_command::SessionCommand;
@@ -65,6 +66,7 @@ mod tests {
             service_name::<FrameHeader>(),
             service_name::<OutlineHeader>(),
             service_name::<SessionCommand>(),
+            service_name::<PointerHand>(),
         ];
         for (i, name) in names.iter().enumerate() {
             assert!(name.contains(&format!("/v{WIRE_VERSION}/")), "{name}");

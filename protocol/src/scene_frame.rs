@@ -9,22 +9,32 @@ use iceoryx2::prelude::ZeroCopySend;
 
 /// Upper bound on nodes in a frame; a reader rejects more before it allocates.
 pub const MAX_NODES: usize = 1 << 20;
+/// Bit of [`FrameNode::flags`]: the solver steps this node (it does not sleep).
+pub const AWAKE: u32 = 1;
+/// Bit of [`FrameNode::flags`]: a suture point in the hand prescribes where this node is.
+pub const HELD: u32 = 2;
 /// Upper bound on words in an outline.
 pub const MAX_OUTLINE_WORDS: usize = 1 << 24;
 
 pod! {
     /// One drawn node.
-    pub struct FrameNode as "suture.v2.FrameNode" {
+    pub struct FrameNode as "suture.v3.FrameNode" {
         /// Position, metres.
         pub position_m: [f32; 3],
         /// Reaction of the Long Range Attachments on this node, newtons.
         pub attachment_force_n: f32,
+        /// Largest force of a spring at this node, newtons.
+        pub spring_force_n: f32,
+        /// Largest strain of a spring at this node, |l / l₀ − 1|.
+        pub strain: f32,
+        /// [`AWAKE`], [`HELD`].
+        pub flags: u32,
     }
 }
 
 pod! {
     /// User header of a frame.
-    pub struct FrameHeader as "suture.v2.FrameHeader" {
+    pub struct FrameHeader as "suture.v3.FrameHeader" {
         /// Header; `length` is the size of this struct.
         pub header: Header,
         /// Matches the outline's generation.
@@ -38,7 +48,7 @@ pod! {
 
 pod! {
     /// User header of an outline.
-    pub struct OutlineHeader as "suture.v2.OutlineHeader" {
+    pub struct OutlineHeader as "suture.v3.OutlineHeader" {
         /// Header; `length` is the size of this struct.
         pub header: Header,
         /// Counts scene loads and restores.

@@ -16,7 +16,7 @@ pub const MAX_HANDLES: usize = 4;
 pod! {
     /// One haptic device after the tick.
     #[derive(Serialize, Deserialize)]
-    pub struct DeviceState as "suture.v2.DeviceState" {
+    pub struct DeviceState as "suture.v3.DeviceState" {
         /// Stylus position, metres, scene frame.
         pub position_m: [f64; 3],
         /// Filtered stylus velocity, metres per second.
@@ -41,7 +41,7 @@ pod! {
 pod! {
     /// One suture point integrated at 1 kHz (Zhang et al., Eq. (2)).
     #[derive(Serialize, Deserialize)]
-    pub struct HandleState as "suture.v2.HandleState" {
+    pub struct HandleState as "suture.v3.HandleState" {
         /// Position of the suture point, metres.
         pub position_m: [f64; 3],
         /// Velocity, metres per second.
@@ -59,7 +59,7 @@ pod! {
 
 pod! {
     /// The whole servo after one tick.
-    pub struct ServoState as "suture.v2.ServoState" {
+    pub struct ServoState as "suture.v3.ServoState" {
         /// Header; `sequence` is the tick number from 1.
         pub header: Header,
         /// Epoch of the tissue port that was used.

@@ -22,7 +22,7 @@ pub const REARM: u32 = 8;
 
 pod! {
     /// One command; the sender counts its own sequence.
-    pub struct SessionCommand as "suture.v2.SessionCommand" {
+    pub struct SessionCommand as "suture.v3.SessionCommand" {
         /// Header.
         pub header: Header,
         /// One of the codes of this file.

@@ -1,9 +1,12 @@
-//! What a viewer receives: newest servo state, newest wound report, newest frame header. Each may be missing at any
+//! What a viewer receives: newest servo state, wound report, frame and outline. Each may be missing at any
 //! time; a message that is rejected counts as missing.
 
-use protocol::ports::{PortError, PortNode, SceneFrameSubscriber, ServoStateReader, WoundReportSubscriber};
+use protocol::ports::{
+    PortError, PortNode, SceneFrame, SceneFrameSubscriber, SceneOutline, SceneOutlineSubscriber, ServoStateReader,
+    SliceHeader, SliceMessage, WoundReportSubscriber,
+};
 use protocol::run::RunDir;
-use protocol::scene_frame::FrameHeader;
+use protocol::scene_frame::OutlineParts;
 use protocol::servo_state::ServoState;
 use protocol::wound_report::WoundReport;
 
@@ -14,10 +17,29 @@ pub struct View {
     pub servo: Option<ServoState>,
     /// Table 1, line, solver health.
     pub report: Option<Box<WoundReport>>,
-    /// Header of the newest tissue frame.
-    pub frame: Option<FrameHeader>,
+    /// Newest nodes; none until one came.
+    pub frame: SceneFrame,
+    /// Newest outline; none until one came.
+    pub outline: SceneOutline,
+    /// Frames that came.
+    pub frames: u64,
+    /// Outlines that came.
+    pub outlines: u64,
     /// Messages that were rejected.
     pub rejected: u64,
+}
+
+impl View {
+    /// The outline that belongs to the newest frame; `None` while one of the two is missing or of another scene.
+    #[must_use]
+    pub fn outline_of_frame(&self) -> Option<OutlineParts<'_>> {
+        let (frame, outline) = (&self.frame.header, &self.outline.header);
+        let same = (frame.scene_generation, frame.node_count) == (outline.scene_generation, outline.node_count);
+        if self.frames == 0 || self.outlines == 0 || !same {
+            return None;
+        }
+        outline.split(&self.outline.elements)
+    }
 }
 
 /// Subscribers of one viewer.
@@ -26,6 +48,7 @@ pub struct Feed {
     servo: ServoStateReader,
     reports: WoundReportSubscriber,
     frames: SceneFrameSubscriber,
+    outlines: SceneOutlineSubscriber,
     view: View,
 }
 
@@ -40,6 +63,7 @@ impl Feed {
             servo: ServoStateReader::new(&node),
             reports: WoundReportSubscriber::open(&node)?,
             frames: SceneFrameSubscriber::open(&node)?,
+            outlines: SceneOutlineSubscriber::open(&node)?,
             node,
             view: View::default(),
         })
@@ -56,8 +80,13 @@ impl Feed {
         if let Some(report) = kept(self.reports.newest(), &mut self.view.rejected)? {
             self.view.report = Some(Box::new(report));
         }
-        if let Some(header) = kept(self.frames.newest().map(|f| f.map(|f| f.header)), &mut self.view.rejected)? {
-            self.view.frame = Some(header);
+        if let Some(outline) = kept(self.outlines.newest(), &mut self.view.rejected)? {
+            copy(outline, &mut self.view.outline);
+            self.view.outlines += 1;
+        }
+        if let Some(frame) = kept(self.frames.newest(), &mut self.view.rejected)? {
+            copy(frame, &mut self.view.frame);
+            self.view.frames += 1;
         }
         Ok(&self.view)
     }
@@ -68,9 +97,15 @@ impl Feed {
     }
 }
 
+/// Into the memory that the last message took.
+fn copy<H: SliceHeader>(from: &SliceMessage<H>, into: &mut SliceMessage<H>) {
+    into.header = from.header;
+    into.elements.clone_from(&from.elements);
+}
+
 fn kept<M>(received: Result<Option<M>, PortError>, rejected: &mut u64) -> Result<Option<M>, PortError> {
     match received {
-        Err(PortError::Rejected(_)) => {
+        Err(PortError::Rejected(_) | PortError::Count { .. }) => {
             *rejected += 1;
             Ok(None)
         }

@@ -36,7 +36,10 @@ pub fn line(view: &View) -> String {
             )
         },
     );
-    let nodes = view.frame.map_or_else(|| "no frame".to_owned(), |f| format!("{} nodes", f.node_count));
+    let nodes = match view.frames {
+        0 => "no frame".to_owned(),
+        _ => format!("{} nodes", view.frame.header.node_count),
+    };
     format!("{servo} | {wound} | {nodes}")
 }
 

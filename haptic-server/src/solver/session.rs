@@ -121,7 +121,7 @@ impl SolverSession {
         nodes.extend(
             positions
                 .iter()
-                .map(|x| FrameNode { position_m: [x.x as f32, x.y as f32, x.z as f32], attachment_force_n: 0.0 }),
+                .map(|x| FrameNode { position_m: [x.x as f32, x.y as f32, x.z as f32], ..FrameNode::EMPTY }),
         );
         for (node, force_n) in scene.stages().attachments.iter().flat_map(|a| a.follower_forces()) {
             nodes[node as usize].attachment_force_n += force_n as f32;

@@ -7,6 +7,7 @@
 //! | [`WoundReportPublisher`] / [`WoundReportSubscriber`] | `wound_report` | publish/subscribe, newest wins |
 //! | [`SceneFramePublisher`] / [`SceneFrameSubscriber`] | `scene_frame` + nodes | publish/subscribe, newest wins |
 //! | [`SceneOutlinePublisher`] / [`SceneOutlineSubscriber`] | `scene_outline` + words | publish/subscribe, newest wins |
+//! | [`PointerHandPublisher`] / [`PointerHandSubscriber`] | `pointer_hand` | publish/subscribe, newest wins |
 //! | [`SessionCommandPublisher`] / [`SessionCommandSubscriber`] | `session_command` | publish/subscribe, queue of 16 |
 //!
 //! A [`PortNode`] is the process's (thread's) membership in a run. Ports are not `Send`: open them
@@ -26,7 +27,9 @@ pub use latest::{LatestPublisher, LatestSubscriber};
 pub use node::PortNode;
 pub use slices::{SceneFrame, SceneFramePublisher, SceneFrameSubscriber};
 pub use slices::{SceneOutline, SceneOutlinePublisher, SceneOutlineSubscriber};
+pub use slices::{SliceHeader, SliceMessage};
 
+use crate::pointer_hand::PointerHand;
 use crate::tissue_port::TissuePort;
 use crate::wire::{WIRE_VERSION, WireError};
 use crate::wound_report::WoundReport;
@@ -39,6 +42,10 @@ pub type TissuePortSubscriber = LatestSubscriber<TissuePort>;
 pub type WoundReportPublisher = LatestPublisher<WoundReport>;
 /// Receives the newest wound report (viewers, recorder, harness).
 pub type WoundReportSubscriber = LatestSubscriber<WoundReport>;
+/// Sends the newest wish of the mouse (the one viewer that is the hand).
+pub type PointerHandPublisher = LatestPublisher<PointerHand>;
+/// Receives it (bridge thread of the servo process).
+pub type PointerHandSubscriber = LatestSubscriber<PointerHand>;
 
 /// Receivers per topic: viewers, harness, recorder, people's own readers.
 const MAX_RECEIVERS: usize = 32;

@@ -210,7 +210,7 @@ mod other_layout {
 
     pod! {
         /// As `tissue_port`, with another layout.
-        pub struct OtherPort as "suture.v2.TissuePort" {
+        pub struct OtherPort as "suture.v3.TissuePort" {
             /// Header.
             pub header: Header,
             /// Another field.

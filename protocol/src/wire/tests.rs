@@ -1,6 +1,7 @@
 //! Layouts are told apart, sizes are fixed, and no message that must not be used passes.
 
 use super::*;
+use crate::pointer_hand::PointerHand;
 use crate::scene_frame::{FrameHeader, FrameNode, MAX_NODES, MAX_OUTLINE_WORDS, OutlineHeader};
 use crate::servo_state::{DeviceState, HandleState, MAX_HANDLES, ServoState};
 use crate::session_command::SessionCommand;
@@ -24,9 +25,10 @@ fn sizes_are_those_of_the_wire_version() {
         size_of::<FrameHeader>(),
         size_of::<OutlineHeader>(),
         size_of::<SessionCommand>(),
+        size_of::<PointerHand>(),
     ];
     // Whoever changes one of these raises WIRE_VERSION and the type names with it.
-    assert_eq!(sizes, [40, 152, 88, 760, 200, 1008, 176, 11920, 16, 56, 64, 48]);
+    assert_eq!(sizes, [40, 152, 88, 760, 200, 1008, 176, 11920, 28, 56, 64, 48, 72]);
 }
 
 #[test]
@@ -43,6 +45,7 @@ fn type_names_carry_the_wire_version() {
         FrameHeader::TYPE_NAME,
         OutlineHeader::TYPE_NAME,
         SessionCommand::TYPE_NAME,
+        PointerHand::TYPE_NAME,
     ];
     for (i, name) in names.iter().enumerate() {
         assert!(name.starts_with(&format!("suture.v{WIRE_VERSION}.")), "{name}");
