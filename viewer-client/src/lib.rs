@@ -3,5 +3,7 @@
 //! Deliberately absent: drawing.
 
 pub mod app;
+pub mod camera;
+pub mod colour;
 pub mod feed;
 pub mod status;
