@@ -11,4 +11,5 @@ pub mod session_command;
 pub mod tissue_port;
 pub mod trace;
 pub mod wire;
+pub mod words;
 pub mod wound_report;

@@ -40,30 +40,31 @@ impl Mode {
 }
 
 /// Why the servo stopped rendering for good.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum ServoFault {
     /// The device is gone.
-    #[error("the haptic device is gone; check its cable and re-arm")]
     DeviceLost = 1,
     /// The device delivered nothing new for too long.
-    #[error("the haptic device stopped delivering new samples; check its connection and re-arm")]
     SamplesStale = 2,
     /// Too many implausible samples in a row.
-    #[error("the haptic device delivered implausible positions; calibrate it and re-arm")]
     SamplesImplausible = 3,
     /// Too many ticks missed in a row.
-    #[error("the servo missed too many ticks in a row; lower the machine's load and re-arm")]
     DeadlineMissed = 4,
     /// The wanted force was not finite for too long.
-    #[error("the computed force was not a number; look at the flight record, then re-arm")]
     ForceNotFinite = 5,
     /// The machine slept.
-    #[error("the machine was suspended while the servo ran; re-arm")]
     Suspended = 6,
     /// The device switched its force off.
-    #[error("the haptic device switched its force off; see what it said, remove the cause and re-arm")]
     DeviceTripped = 7,
+}
+
+impl std::error::Error for ServoFault {}
+
+impl std::fmt::Display for ServoFault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(protocol::words::fault(self.code()))
+    }
 }
 
 impl ServoFault {

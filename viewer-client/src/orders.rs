@@ -1,0 +1,234 @@
+//! Commands to the running session, and what became of them.
+//!
+//! A command goes out as `session_command`; the solver names its sequence in the next `wound_report` with done or refused,
+//! and re-arming is seen in `servo_state`. One command is under way at a time. The port is opened with the first command: a
+//! viewer that only looks takes no sender's place.
+
+use crate::feed::View;
+use crate::notice::Notice;
+use protocol::ports::{PortNode, SessionCommandPublisher};
+use protocol::session_command as command;
+use protocol::words;
+
+/// An answer is awaited for this long: going to another scene builds it first.
+const PATIENCE_NS: u64 = 10_000_000_000;
+/// `wound_report`: the newest command was carried out.
+const DONE: u32 = 1;
+/// `wound_report`: the newest command was refused.
+const REFUSED: u32 = 2;
+/// Servo state machine: fault.
+const FAULT: u32 = 5;
+
+/// What a person may ask of the session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Reset the scene.
+    Restore,
+    /// Next scene of the procedure.
+    Next,
+    /// Previous scene.
+    Previous,
+    /// Tie the stitch at work.
+    Tie,
+    /// Suture control.
+    Control(Control),
+    /// Give force again after a fault.
+    Rearm,
+}
+
+/// Suture control (Zhang et al., Algorithm 2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Control {
+    /// None.
+    Off,
+    /// The sound reading.
+    On,
+    /// As printed.
+    Paper,
+}
+
+impl Order {
+    fn code(self) -> u32 {
+        match self {
+            Self::Restore => command::RESTORE,
+            Self::Next => command::NEXT,
+            Self::Previous => command::PREVIOUS,
+            Self::Tie => command::TIE,
+            Self::Control(Control::On) => command::CONTROL_ON,
+            Self::Control(Control::Off) => command::CONTROL_OFF,
+            Self::Control(Control::Paper) => command::CONTROL_PAPER,
+            Self::Rearm => command::REARM,
+        }
+    }
+
+    /// For sentences.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Restore => "restore",
+            Self::Next => "next scene",
+            Self::Previous => "previous scene",
+            Self::Tie => "tie",
+            Self::Control(Control::On) => "control on",
+            Self::Control(Control::Off) => "control off",
+            Self::Control(Control::Paper) => "control as in the paper",
+            Self::Rearm => "re-arm",
+        }
+    }
+
+    /// The control mode that follows the one at work: off, on, paper, off.
+    #[must_use]
+    pub fn next_control(view: &View) -> Self {
+        Self::Control(match view.report.as_ref().map_or(0, |r| r.control) {
+            0 => Control::On,
+            1 => Control::Paper,
+            _ => Control::Off,
+        })
+    }
+}
+
+/// A command that waits for its answer.
+#[derive(Clone, Copy, Debug)]
+struct Pending {
+    order: Order,
+    sequence: u32,
+    sent_ns: u64,
+}
+
+/// The command port of one viewer.
+#[derive(Debug, Default)]
+pub struct Orders {
+    publisher: Option<SessionCommandPublisher>,
+    pending: Option<Pending>,
+}
+
+impl Orders {
+    /// Sends a command; the notice says what stands in the way, if anything does.
+    pub fn send(&mut self, node: &PortNode, order: Order, view: &View, now_ns: u64) -> Option<Notice> {
+        if let Some(obstacle) = self.obstacle(order, view) {
+            return Some(obstacle);
+        }
+        match self.publish(node, order) {
+            Ok((0, _)) => Some(Notice::bad(format!(
+                "{}: no process of the server listens yet; try again in a second",
+                order.name()
+            ))),
+            Ok((_, sequence)) => {
+                self.pending = Some(Pending { order, sequence, sent_ns: now_ns });
+                None
+            }
+            Err(reason) => Some(Notice::bad(format!("{}: {reason}", order.name()))),
+        }
+    }
+
+    /// Looks for the answer.
+    pub fn look(&mut self, view: &View, now_ns: u64) -> Option<Notice> {
+        let notice = judge(&self.pending?, view, now_ns)?;
+        self.pending = None;
+        Some(notice)
+    }
+
+    fn obstacle(&self, order: Order, view: &View) -> Option<Notice> {
+        if let Some(pending) = &self.pending {
+            return Some(Notice::note(format!("{}: {} is still under way", order.name(), pending.order.name())));
+        }
+        let faulty = view.servo.as_ref().is_some_and(|s| s.mode == FAULT);
+        (order == Order::Rearm && !faulty).then(|| Notice::note("re-arm: there is no fault to re-arm after"))
+    }
+
+    fn publish(&mut self, node: &PortNode, order: Order) -> Result<(usize, u32), String> {
+        let publisher = match &mut self.publisher {
+            Some(publisher) => publisher,
+            none => none.insert(SessionCommandPublisher::open(node).map_err(|e| e.to_string())?),
+        };
+        let receivers = publisher.send(order.code()).map_err(|e| e.to_string())?;
+        Ok((receivers, publisher.answer_sequence()))
+    }
+}
+
+/// What became of a command by now; `None` while it is open.
+fn judge(pending: &Pending, view: &View, now_ns: u64) -> Option<Notice> {
+    let name = pending.order.name();
+    if pending.order == Order::Rearm {
+        let after = view.servo.as_ref().filter(|s| s.header.time_ns > pending.sent_ns && s.mode != FAULT);
+        if let Some(servo) = after {
+            return Some(Notice::good(format!("{name}: done, the servo is in state {}", words::mode(servo.mode))));
+        }
+    } else if let Some(report) = view.report.as_ref().filter(|r| r.command_sequence == pending.sequence) {
+        match report.command_result {
+            DONE => return Some(Notice::good(format!("{name}: done"))),
+            REFUSED => return Some(Notice::bad(format!("{name}: refused, {}", reason(pending.order)))),
+            _ => {}
+        }
+    }
+    (now_ns.saturating_sub(pending.sent_ns) > PATIENCE_NS).then(|| {
+        Notice::bad(format!("{name}: no answer within {} s; is the server busy?", PATIENCE_NS / 1_000_000_000))
+    })
+}
+
+/// Why the solver may have refused.
+fn reason(order: Order) -> &'static str {
+    match order {
+        Order::Restore | Order::Rearm => "the server did not say why",
+        Order::Next => "this is the last scene",
+        Order::Previous => "this is the first scene",
+        Order::Tie => "a line must be through both points and the gap closed",
+        Order::Control(_) => "this scene has no suture control",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::notice::Tone;
+    use protocol::servo_state::ServoState;
+    use protocol::wire::Field;
+    use protocol::wound_report::WoundReport;
+
+    const SENT: Pending = Pending { order: Order::Tie, sequence: 77, sent_ns: 1_000 };
+
+    fn answered(sequence: u32, result: u32) -> View {
+        let report = WoundReport { command_sequence: sequence, command_result: result, ..WoundReport::EMPTY };
+        View { report: Some(Box::new(report)), ..View::default() }
+    }
+
+    #[test]
+    fn an_answer_is_matched_by_its_sequence() {
+        assert_eq!(judge(&SENT, &answered(76, REFUSED), 2_000), None);
+        assert_eq!(judge(&SENT, &answered(77, DONE), 2_000).map(|n| n.tone), Some(Tone::Good));
+        let refused = judge(&SENT, &answered(77, REFUSED), 2_000).expect("an answer");
+        assert!(refused.tone == Tone::Bad && refused.text.contains("gap"), "{refused:?}");
+    }
+
+    #[test]
+    fn silence_ends_in_a_sentence() {
+        assert_eq!(judge(&SENT, &View::default(), PATIENCE_NS), None);
+        let late = judge(&SENT, &View::default(), PATIENCE_NS + 1_001).expect("a sentence");
+        assert!(late.text.contains("no answer"), "{late:?}");
+    }
+
+    #[test]
+    fn re_arming_is_seen_in_the_servo_and_asked_only_after_a_fault() {
+        let pending = Pending { order: Order::Rearm, ..SENT };
+        let mut servo = ServoState { mode: FAULT, ..ServoState::EMPTY };
+        servo.header.time_ns = 2_000;
+        let faulty = View { servo: Some(servo), ..View::default() };
+        assert_eq!(judge(&pending, &faulty, 3_000), None);
+        assert!(Orders::default().obstacle(Order::Rearm, &faulty).is_none());
+        servo.mode = 1;
+        let well = View { servo: Some(servo), ..View::default() };
+        assert!(judge(&pending, &well, 3_000).is_some_and(|n| n.text.contains("monitor")));
+        assert!(Orders::default().obstacle(Order::Rearm, &well).is_some());
+    }
+
+    #[test]
+    fn control_goes_round() {
+        let mut view = answered(0, 0);
+        for (now, expected) in [(0, Control::On), (1, Control::Paper), (2, Control::Off)] {
+            if let Some(report) = &mut view.report {
+                report.control = now;
+            }
+            assert_eq!(Order::next_control(&view), Order::Control(expected));
+        }
+    }
+}

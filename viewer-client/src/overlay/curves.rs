@@ -1,0 +1,45 @@
+//! Force against deformation of the picked sample points (Zhang et al., Fig. 6).
+
+use super::plot::{Axis, Plot};
+use super::style;
+use super::wish::Wish;
+use crate::samples::Samples;
+use egui::{RichText, Ui};
+
+/// Height of the plot, points.
+const HEIGHT: f32 = 92.0;
+/// A plot shows at least this much.
+const LEAST_MM: f64 = 0.5;
+/// A plot shows at least this much.
+const LEAST_N: f64 = 0.05;
+/// Millimetres in a metre.
+const MM: f64 = 1e3;
+
+pub(super) fn show(ui: &mut Ui, samples: &Samples, wishes: &mut Vec<Wish>) {
+    style::title(ui, "Force – deformation", "N over mm", style::WEAK);
+    let all = || samples.all().iter().flat_map(|s| s.curve());
+    let largest = |of: fn(&crate::samples::Measured) -> f64| all().map(of).fold(0.0, f64::max);
+    let x = Axis::covering(Some([0.0, largest(|m| m.deformation_m * MM)]), LEAST_MM);
+    let y = Axis::covering(Some([0.0, largest(|m| m.spring_force_n)]), LEAST_N);
+    let plot = Plot::begin(ui, HEIGHT, x, y);
+    plot.note(&format!("to {:.1} mm", x.high));
+    for (sample, colour) in samples.all().iter().zip(style::SAMPLES) {
+        plot.path(sample.curve().iter().map(|m| [m.deformation_m * MM, m.spring_force_n]), colour);
+    }
+    for (index, (sample, colour)) in samples.all().iter().zip(style::SAMPLES).enumerate() {
+        let name = format!("{}  node {}", index + 1, sample.node());
+        let value = sample.curve().last().map_or_else(
+            || "–".to_owned(),
+            |m| format!("{:.2} mm, spring {:.2} N", m.deformation_m * MM, m.spring_force_n),
+        );
+        style::row(ui, &name, &value, colour);
+    }
+    ui.horizontal(|ui| {
+        if ui.button(RichText::new("Save CSV (K)")).clicked() {
+            wishes.push(Wish::SaveSamples);
+        }
+        if ui.button(RichText::new("Clear")).clicked() {
+            wishes.push(Wish::ClearSamples);
+        }
+    });
+}
