@@ -1,8 +1,8 @@
 //! `haptic-server session …`: one command to the running server, and its answer.
 //!
 //! The command goes to solver and servo process as a `session_command`; the solver answers in its
-//! `wound_report`, which is awaited for [`ANSWER_LIMIT`]. Re-arming concerns the servo alone and is seen in
-//! `servo_state`.
+//! `wound_report`, which is awaited for [`ANSWER_LIMIT`]. Re-arming concerns the servo alone: it is seen in
+//! `servo_state`, too, also without a solver.
 
 use crate::cli::SessionAction;
 use crate::error::ServerError;
@@ -17,10 +17,6 @@ const ANSWER_LIMIT: Duration = Duration::from_secs(10);
 const ANSWER_LOOK: Duration = Duration::from_millis(5);
 /// Servo state machine: fault.
 const SERVO_FAULT: u32 = 5;
-/// `wound_report`: the newest command was carried out.
-const RESULT_DONE: u32 = 1;
-/// `wound_report`: the newest command was refused.
-const RESULT_REFUSED: u32 = 2;
 
 impl From<RunError> for ServerError {
     fn from(error: RunError) -> Self {
@@ -42,6 +38,7 @@ impl From<PortError> for ServerError {
 impl SessionAction {
     fn code(self) -> u32 {
         match self {
+            Self::Start => command::START,
             Self::Restore => command::RESTORE,
             Self::Next => command::NEXT,
             Self::Previous => command::PREVIOUS,
@@ -70,28 +67,30 @@ pub fn send(action: SessionAction) -> Result<(), ServerError> {
             "no process of the running server listens to session commands yet; try again in a second".to_owned(),
         ));
     }
-    let sent = protocol::ports::monotonic_ns();
     let deadline = Instant::now() + ANSWER_LIMIT;
+    let mut was_in_fault = false;
     while Instant::now() < deadline {
         std::thread::sleep(ANSWER_LOOK);
-        if action == SessionAction::Rearm {
-            if servo.newest()?.is_some_and(|s| s.header.time_ns > sent && s.mode != SERVO_FAULT) {
+        if let Some(report) = reports.newest()?
+            && let Some(answer) = report.answer_to(publisher.last_sequence())
+        {
+            return if answer.is_refused() {
+                Err(ServerError::TryAgain(format!(
+                    "the session refused the command: {}; try again when that has changed",
+                    answer.reason()
+                )))
+            } else {
+                Ok(())
+            };
+        }
+        if action == SessionAction::Rearm
+            && let Some(state) = servo.newest()?
+        {
+            let is_in_fault = state.mode == SERVO_FAULT;
+            if was_in_fault && !is_in_fault {
                 return Ok(());
             }
-            continue;
-        }
-        let answer = reports.newest()?.filter(|r| r.command_sequence == publisher.answer_sequence());
-        let answer = answer.map(|r| r.command_result);
-        match answer {
-            Some(RESULT_DONE) => return Ok(()),
-            Some(RESULT_REFUSED) => {
-                return Err(ServerError::TryAgain(
-                    "the session refused the command: it does not fit the scene's stage now (an open gap cannot be \
-                     tied, there is no scene beyond the first or last); try again when it does"
-                        .to_owned(),
-                ));
-            }
-            _ => {}
+            was_in_fault |= is_in_fault;
         }
     }
     Err(ServerError::Unavailable("the running server did not answer; see whether its solver lives".to_owned()))

@@ -8,6 +8,7 @@ pub mod run;
 pub mod scene_frame;
 pub mod servo_state;
 pub mod session_command;
+pub mod text;
 pub mod tissue_port;
 pub mod trace;
 pub mod wire;

@@ -13,6 +13,13 @@ pub const MAX_DEVICES: usize = 2;
 /// Suture points that the servo integrates at 1 kHz.
 pub const MAX_HANDLES: usize = 4;
 
+/// Bit of [`ServoState::flags`]: no real-time rights.
+pub const FLAG_DEGRADED: u32 = 1;
+/// Bit of [`ServoState::flags`]: a stop order is being followed.
+pub const FLAG_STOPPING: u32 = 2;
+/// Bit of [`ServoState::flags`]: the first device follows the pointer of a viewer (`pointer_hand`).
+pub const FLAG_POINTER: u32 = 4;
+
 pod! {
     /// One haptic device after the tick.
     #[derive(Serialize, Deserialize)]
@@ -68,7 +75,7 @@ pod! {
         pub mode: u32,
         /// Fault code, 0 none.
         pub fault: u32,
-        /// Bit 0: degraded (no real-time rights). Bit 1: stopping.
+        /// [`FLAG_DEGRADED`], [`FLAG_STOPPING`], [`FLAG_POINTER`].
         pub flags: u32,
         /// Ticks executed.
         pub ticks: u64,

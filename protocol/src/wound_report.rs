@@ -1,5 +1,7 @@
 //! `wound_report`: Table 1 live, the suture line, and how the solver does.
 
+use crate::session_command::{CommandAnswer, MAX_ANSWERS, REFUSED};
+use crate::text;
 use crate::wire::{Header, message, pod};
 use iceoryx2::prelude::ZeroCopySend;
 use serde::{Deserialize, Serialize};
@@ -76,9 +78,9 @@ pod! {
         pub integrator: u32,
         /// Sub-steps per solver step.
         pub substeps: u32,
-        /// Sequence of the newest session command seen.
+        /// Low half of the sequence of the session command that was answered last.
         pub command_sequence: u32,
-        /// Its result: 0 none, 1 done, 2 refused.
+        /// Its result: 0 none, else as in `session_command`.
         pub command_result: u32,
         /// Points of the hand that were taken so far.
         pub points_taken: u32,
@@ -100,6 +102,8 @@ pod! {
         pub step_time_max_ns: u64,
         /// Why this integrator with these sub-steps: UTF-8, eight bytes a word, zero after the end.
         pub integrator_reason: [u64; MAX_REASON_WORDS],
+        /// Answers to the last session commands, the newest first: every sender finds its own.
+        pub answers: [CommandAnswer; MAX_ANSWERS],
         /// Suture line points, metres.
         pub line_m: [[f64; 3]; MAX_LINE_POINTS],
         /// Table 1.
@@ -109,28 +113,39 @@ pod! {
 
 impl WoundReport {
     /// Writes the reason for the integrator; what does not fit is left out.
-    pub fn set_integrator_reason(&mut self, text: &str) {
-        let mut end = text.len().min(8 * MAX_REASON_WORDS);
-        while !text.is_char_boundary(end) {
-            end -= 1;
-        }
-        let mut words = [0; MAX_REASON_WORDS];
-        for (index, byte) in text.as_bytes()[..end].iter().enumerate() {
-            words[index / 8] |= u64::from(*byte) << (8 * (index % 8));
-        }
-        self.integrator_reason = words;
+    pub fn set_integrator_reason(&mut self, reason: &str) {
+        self.integrator_reason = text::words(reason);
     }
 
-    /// The reason for the integrator; whatever a writer left there, it is text of one line.
+    /// The reason for the integrator.
     #[must_use]
     pub fn integrator_reason(&self) -> String {
-        let bytes = self.integrator_reason.iter().flat_map(|word| word.to_le_bytes());
-        let text: Vec<u8> = bytes.take_while(|byte| *byte != 0).collect();
-        String::from_utf8_lossy(&text).chars().filter(|c| !c.is_control()).collect()
+        text::of_words(&self.integrator_reason)
+    }
+
+    /// Adds an answer; the oldest one is forgotten.
+    pub fn add_answer(&mut self, answer: CommandAnswer) {
+        self.answers.rotate_right(1);
+        self.answers[0] = answer;
+        // The low half: older readers compare it with the low half of their own.
+        self.command_sequence = answer.sequence as u32;
+        self.command_result = answer.result;
+    }
+
+    /// The answer to the command of this sequence, if there is one.
+    #[must_use]
+    pub fn answer_to(&self, sequence: u64) -> Option<&CommandAnswer> {
+        self.answers.iter().find(|answer| answer.result != 0 && answer.sequence == sequence)
+    }
+
+    /// Why the last command was refused; empty when it was not.
+    #[must_use]
+    pub fn command_reason(&self) -> String {
+        self.answers[0].reason()
     }
 }
 
-message!(WoundReport, "wound_report", parts: [LedgerRow], check: |m| {
+message!(WoundReport, "wound_report", parts: [LedgerRow, CommandAnswer], check: |m| {
     if m.row_count as usize > MAX_LEDGER_ROWS {
         return Some("row_count");
     }
@@ -140,6 +155,9 @@ message!(WoundReport, "wound_report", parts: [LedgerRow], check: |m| {
     if m.control > 2 {
         return Some("control");
     }
+    if m.answers.iter().any(|a| a.result > REFUSED) {
+        return Some("answers.result");
+    }
     (m.line_point_count as usize > MAX_LINE_POINTS).then_some("line_point_count")
 });
 
@@ -148,15 +166,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_reason_comes_back_whole_or_cut_at_a_character() {
+    fn every_sender_finds_its_own_answer_until_the_room_is_used_up() {
         let mut report = WoundReport::default();
-        assert_eq!(report.integrator_reason(), "");
-        report.set_integrator_reason("bdf2 x 1: S = 3.2");
-        assert_eq!(report.integrator_reason(), "bdf2 x 1: S = 3.2");
-        let long = format!("{}µµ", "x".repeat(8 * MAX_REASON_WORDS - 1));
-        report.set_integrator_reason(&long);
-        assert_eq!(report.integrator_reason(), "x".repeat(8 * MAX_REASON_WORDS - 1));
-        report.integrator_reason = [0xFF0A_41FF_0A41_FFFF; MAX_REASON_WORDS];
-        assert!(report.integrator_reason().chars().all(|c| !c.is_control()));
+        assert_eq!(report.answer_to(0), None, "no answer is an answer to nothing");
+        let sequence = |n: usize| (7 << 32) + n as u64;
+        for n in 0..=MAX_ANSWERS {
+            let reason = if n.is_multiple_of(2) { "" } else { "the gap is still open" };
+            report.add_answer(CommandAnswer::new(sequence(n), n as u32, 4, reason));
+            assert_eq!((report.command_sequence, report.command_result), (n as u32, 1 + n as u32 % 2));
+            assert_eq!(report.command_reason(), reason);
+        }
+        assert_eq!(report.answer_to(sequence(0)), None, "forgotten");
+        for n in 1..=MAX_ANSWERS {
+            let answer = report.answer_to(sequence(n)).expect("kept");
+            assert_eq!((answer.sender, answer.is_refused()), (n as u32, !n.is_multiple_of(2)));
+        }
+        // Another sender with the same low half.
+        assert_eq!(report.answer_to(sequence(3) + (1 << 32)), None);
     }
 }

@@ -1,7 +1,7 @@
 //! Commands to the running session, and what became of them.
 //!
-//! A command goes out as `session_command`; the solver names its sequence in the next `wound_report` with done or refused,
-//! and re-arming is seen in `servo_state`. One command is under way at a time. The port is opened with the first command: a
+//! A command goes out as `session_command`; the solver answers it by its sequence in a `wound_report`, a refusal with its reason,
+//! and re-arming is seen in `servo_state`, too. One command is under way at a time. The port is opened with the first command: a
 //! viewer that only looks takes no sender's place.
 
 use crate::feed::View;
@@ -12,16 +12,14 @@ use protocol::words;
 
 /// An answer is awaited for this long: going to another scene builds it first.
 const PATIENCE_NS: u64 = 10_000_000_000;
-/// `wound_report`: the newest command was carried out.
-const DONE: u32 = 1;
-/// `wound_report`: the newest command was refused.
-const REFUSED: u32 = 2;
 /// Servo state machine: fault.
 const FAULT: u32 = 5;
 
 /// What a person may ask of the session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
+    /// Begin the procedure anew.
+    Start,
     /// Reset the scene.
     Restore,
     /// Next scene of the procedure.
@@ -50,6 +48,7 @@ pub enum Control {
 impl Order {
     fn code(self) -> u32 {
         match self {
+            Self::Start => command::START,
             Self::Restore => command::RESTORE,
             Self::Next => command::NEXT,
             Self::Previous => command::PREVIOUS,
@@ -65,6 +64,7 @@ impl Order {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Self::Start => "start",
             Self::Restore => "restore",
             Self::Next => "next scene",
             Self::Previous => "previous scene",
@@ -91,7 +91,7 @@ impl Order {
 #[derive(Clone, Copy, Debug)]
 struct Pending {
     order: Order,
-    sequence: u32,
+    sequence: u64,
     sent_ns: u64,
 }
 
@@ -136,13 +136,13 @@ impl Orders {
         (order == Order::Rearm && !faulty).then(|| Notice::note("re-arm: there is no fault to re-arm after"))
     }
 
-    fn publish(&mut self, node: &PortNode, order: Order) -> Result<(usize, u32), String> {
+    fn publish(&mut self, node: &PortNode, order: Order) -> Result<(usize, u64), String> {
         let publisher = match &mut self.publisher {
             Some(publisher) => publisher,
             none => none.insert(SessionCommandPublisher::open(node).map_err(|e| e.to_string())?),
         };
         let receivers = publisher.send(order.code()).map_err(|e| e.to_string())?;
-        Ok((receivers, publisher.answer_sequence()))
+        Ok((receivers, publisher.last_sequence()))
     }
 }
 
@@ -154,27 +154,16 @@ fn judge(pending: &Pending, view: &View, now_ns: u64) -> Option<Notice> {
         if let Some(servo) = after {
             return Some(Notice::good(format!("{name}: done, the servo is in state {}", words::mode(servo.mode))));
         }
-    } else if let Some(report) = view.report.as_ref().filter(|r| r.command_sequence == pending.sequence) {
-        match report.command_result {
-            DONE => return Some(Notice::good(format!("{name}: done"))),
-            REFUSED => return Some(Notice::bad(format!("{name}: refused, {}", reason(pending.order)))),
-            _ => {}
-        }
+    }
+    if let Some(answer) = view.report.as_ref().and_then(|r| r.answer_to(pending.sequence)) {
+        return Some(match answer.is_refused() {
+            true => Notice::bad(format!("{name}: refused, {}", answer.reason())),
+            false => Notice::good(format!("{name}: done")),
+        });
     }
     (now_ns.saturating_sub(pending.sent_ns) > PATIENCE_NS).then(|| {
         Notice::bad(format!("{name}: no answer within {} s; is the server busy?", PATIENCE_NS / 1_000_000_000))
     })
-}
-
-/// Why the solver may have refused.
-fn reason(order: Order) -> &'static str {
-    match order {
-        Order::Restore | Order::Rearm => "the server did not say why",
-        Order::Next => "this is the last scene",
-        Order::Previous => "this is the first scene",
-        Order::Tie => "a line must be through both points and the gap closed",
-        Order::Control(_) => "this scene has no suture control",
-    }
 }
 
 #[cfg(test)]
@@ -182,21 +171,24 @@ mod tests {
     use super::*;
     use crate::notice::Tone;
     use protocol::servo_state::ServoState;
+    use protocol::session_command::CommandAnswer;
     use protocol::wire::Field;
     use protocol::wound_report::WoundReport;
 
     const SENT: Pending = Pending { order: Order::Tie, sequence: 77, sent_ns: 1_000 };
 
-    fn answered(sequence: u32, result: u32) -> View {
-        let report = WoundReport { command_sequence: sequence, command_result: result, ..WoundReport::EMPTY };
+    fn answered(sequence: u64, reason: &str) -> View {
+        let mut report = WoundReport::EMPTY;
+        report.add_answer(CommandAnswer::new(sequence, 7, command::TIE, reason));
+        report.add_answer(CommandAnswer::new(sequence + 1, 8, command::RESTORE, ""));
         View { report: Some(Box::new(report)), ..View::default() }
     }
 
     #[test]
     fn an_answer_is_matched_by_its_sequence() {
-        assert_eq!(judge(&SENT, &answered(76, REFUSED), 2_000), None);
-        assert_eq!(judge(&SENT, &answered(77, DONE), 2_000).map(|n| n.tone), Some(Tone::Good));
-        let refused = judge(&SENT, &answered(77, REFUSED), 2_000).expect("an answer");
+        assert_eq!(judge(&SENT, &answered(75, "no"), 2_000), None);
+        assert_eq!(judge(&SENT, &answered(77, ""), 2_000).map(|n| n.tone), Some(Tone::Good));
+        let refused = judge(&SENT, &answered(77, "the gap is still open"), 2_000).expect("an answer");
         assert!(refused.tone == Tone::Bad && refused.text.contains("gap"), "{refused:?}");
     }
 
@@ -223,7 +215,7 @@ mod tests {
 
     #[test]
     fn control_goes_round() {
-        let mut view = answered(0, 0);
+        let mut view = answered(0, "");
         for (now, expected) in [(0, Control::On), (1, Control::Paper), (2, Control::Off)] {
             if let Some(report) = &mut view.report {
                 report.control = now;

@@ -116,6 +116,8 @@ pub enum SceneCommand {
 /// `session …`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum SessionAction {
+    /// Begin the procedure anew: first scene, no stitches.
+    Start,
     /// Reset the current scene to its start.
     Restore,
     /// Go to the next scene of the procedure.

@@ -38,6 +38,7 @@ fn the_documented_lines_parse() {
         "completions bash",
         "session control-paper",
         "session rearm",
+        "session start",
         "servo",
     ] {
         assert!(server(line).is_ok(), "{line}");

@@ -5,7 +5,6 @@
 
 use protocol::scene_frame::{FrameHeader, FrameNode, OutlineHeader};
 use protocol::servo_state::ServoState;
-use protocol::session_command as command;
 use protocol::session_command::SessionCommand;
 use protocol::tissue_port::{KINEMATICS_IMPLICIT_DRAG, KINEMATICS_LITERAL, TissuePort};
 use protocol::wire::Field;
@@ -21,14 +20,13 @@ use sim_core::tissue::integrator::Integrator;
 use sim_core::vector::Vec3;
 use sim_core::wound::control::ControlMode;
 
+mod frame;
+mod orders;
 mod wire;
 
+use frame::show_nodes;
+use orders::{Rearms, SERVO_FAULT, START_IN_FAULT, answer, request_of};
 use wire::{hand, handle_port, ledger_row, mode_code};
-
-/// `WoundReport::command_result`: done.
-pub const COMMAND_DONE: u32 = 1;
-/// `WoundReport::command_result`: refused.
-pub const COMMAND_REFUSED: u32 = 2;
 
 /// The tissue side of a run.
 #[derive(Debug)]
@@ -36,7 +34,7 @@ pub struct SolverSession {
     procedure: Procedure,
     port: TissuePort,
     report: WoundReport,
-    refusal: Option<&'static str>,
+    rearms: Rearms,
 }
 
 impl SolverSession {
@@ -46,7 +44,8 @@ impl SolverSession {
     /// [`SceneError`] when a scene cannot be built.
     pub fn new(sources: &[SceneSource]) -> Result<Self, SceneError> {
         let procedure = Procedure::new(sources)?;
-        let mut session = Self { procedure, port: TissuePort::EMPTY, report: WoundReport::EMPTY, refusal: None };
+        let mut session =
+            Self { procedure, port: TissuePort::EMPTY, report: WoundReport::EMPTY, rearms: Rearms::default() };
         session.describe(0, 0);
         Ok(session)
     }
@@ -63,8 +62,12 @@ impl SolverSession {
 
     /// One solver period: what the servo last said, at most one command, the time for the port's stamps.
     pub fn step(&mut self, servo: Option<&ServoState>, command: Option<&SessionCommand>, now_ns: u64) {
+        self.rearms.look(servo);
         if let Some(command) = command {
-            self.obey(command);
+            self.obey(command, servo, now_ns);
+        }
+        while let Some((command, outcome)) = self.rearms.settled(now_ns) {
+            self.report.add_answer(answer(&command, outcome));
         }
         let input = servo.map(|s| self.input(s));
         self.procedure.step(input.as_ref());
@@ -81,12 +84,6 @@ impl SolverSession {
     #[must_use]
     pub fn report(&self) -> &WoundReport {
         &self.report
-    }
-
-    /// Why the last command was refused.
-    #[must_use]
-    pub fn refusal(&self) -> Option<&'static str> {
-        self.refusal
     }
 
     /// The procedure, for reports.
@@ -113,19 +110,9 @@ impl SolverSession {
         self.procedure.finished()
     }
 
-    /// Node positions for a viewer; `nodes` is reused from frame to frame.
+    /// Nodes for a viewer; `nodes` is reused from frame to frame.
     pub fn frame(&self, nodes: &mut Vec<FrameNode>) -> FrameHeader {
-        let scene = self.procedure.scene();
-        let positions = &scene.solver().state().position_m;
-        nodes.clear();
-        nodes.extend(
-            positions
-                .iter()
-                .map(|x| FrameNode { position_m: [x.x as f32, x.y as f32, x.z as f32], ..FrameNode::EMPTY }),
-        );
-        for (node, force_n) in scene.stages().attachments.iter().flat_map(|a| a.follower_forces()) {
-            nodes[node as usize].attachment_force_n += force_n as f32;
-        }
+        show_nodes(self.procedure.scene(), nodes);
         let mut header = FrameHeader::EMPTY;
         header.scene_generation = self.scene_generation();
         header.node_count = nodes.len() as u32;
@@ -152,21 +139,16 @@ impl SolverSession {
         (header, words)
     }
 
-    fn obey(&mut self, message: &SessionCommand) {
-        let request = match message.command {
-            command::RESTORE => SessionRequest::Restore,
-            command::NEXT => SessionRequest::Next,
-            command::PREVIOUS => SessionRequest::Previous,
-            command::TIE => SessionRequest::Tie,
-            command::CONTROL_ON => SessionRequest::Control(ControlMode::Sound),
-            command::CONTROL_OFF => SessionRequest::Control(ControlMode::Off),
-            command::CONTROL_PAPER => SessionRequest::Control(ControlMode::Paper),
-            // Re-arming is the servo's.
-            _ => return,
+    fn obey(&mut self, command: &SessionCommand, servo: Option<&ServoState>, now_ns: u64) {
+        let outcome = match request_of(command.command) {
+            None => match self.rearms.judge(command, servo, now_ns) {
+                Some(outcome) => outcome,
+                None => return,
+            },
+            Some(SessionRequest::Start) if servo.is_some_and(|s| s.mode == SERVO_FAULT) => Err(START_IN_FAULT),
+            Some(request) => self.procedure.request(request),
         };
-        self.refusal = self.procedure.request(request).err();
-        self.report.command_sequence = message.header.sequence as u32;
-        self.report.command_result = if self.refusal.is_none() { COMMAND_DONE } else { COMMAND_REFUSED };
+        self.report.add_answer(answer(command, outcome));
     }
 
     /// Epoch on the wire: scene loads and restores count as well as grips.

@@ -12,7 +12,8 @@ use protocol::ports::{
 };
 use protocol::scene_frame::FrameNode;
 use protocol::servo_state::ServoState;
-use protocol::session_command::{REARM, SessionCommand};
+use protocol::session_command::{CommandAnswer, SessionCommand};
+use protocol::wire::Field;
 use protocol::wound_report::WoundReport;
 
 /// Frames and reports are published this often, nanoseconds: 60 Hz.
@@ -35,7 +36,7 @@ pub(super) struct Topics {
     shown_generation: Option<u32>,
     next_view_ns: u64,
     next_clean_up_ns: u64,
-    answered: u32,
+    answered: CommandAnswer,
     shown_rows: u32,
 }
 
@@ -59,7 +60,7 @@ impl Topics {
             shown_generation: None,
             next_view_ns: 0,
             next_clean_up_ns: 0,
-            answered: 0,
+            answered: CommandAnswer::EMPTY,
             shown_rows: 0,
         })
     }
@@ -69,7 +70,7 @@ impl Topics {
         if let Some(servo) = kept(self.servo_reader.newest())? {
             self.servo = Some(servo);
         }
-        self.command = kept(self.commands.next_command())?.filter(|c| c.command != REARM);
+        self.command = kept(self.commands.next_command())?;
         Ok(())
     }
 
@@ -96,10 +97,10 @@ impl Topics {
         self.port.send(&mut port)?;
         let report = session.report();
         let outline_is_new = self.shown_generation != Some(session.scene_generation());
-        let is_news = report.command_sequence != self.answered || report.row_count != self.shown_rows;
+        let is_news = report.answers[0] != self.answered || report.row_count != self.shown_rows;
         if now_ns >= self.next_view_ns || outline_is_new || is_news {
             self.next_view_ns = now_ns + VIEW_PERIOD_NS;
-            (self.answered, self.shown_rows) = (report.command_sequence, report.row_count);
+            (self.answered, self.shown_rows) = (report.answers[0], report.row_count);
             if outline_is_new {
                 self.publish_outline(session)?;
             }

@@ -16,9 +16,9 @@ use iceoryx2::prelude::ipc;
 const QUEUE: usize = 16;
 /// Programs that may send commands at the same time.
 const MAX_SENDERS: usize = 16;
-/// Sequences of a sender begin at its process id times 2 to this power: an answer that carries the low 32 bits of
-/// a sequence then names one command of one sender.
-const SENDER_SHIFT: u32 = 16;
+/// Sequences of a sender begin at its process id times 2 to this power: an answer that carries a sequence then names one
+/// command of one sender, and no process id is so large that this overflows.
+const SENDER_SHIFT: u32 = 32;
 const TOPIC: &str = SessionCommand::NAME;
 
 const DEPTH: Depth = Depth { buffer: QUEUE, history: 0, writers: MAX_SENDERS };
@@ -52,11 +52,11 @@ impl SessionCommandPublisher {
         self.publisher.send_copy(message).map_err(|e| send_error(TOPIC, &e))
     }
 
-    /// Sequence of the last command as its answer in `wound_report` names it.
+    /// Sequence of the last command: what its answer in `wound_report` names
+    /// ([`WoundReport::answer_to`](crate::wound_report::WoundReport::answer_to)).
     #[must_use]
-    pub fn answer_sequence(&self) -> u32 {
-        // The low half: that is what the report has room for.
-        self.sequence as u32
+    pub fn last_sequence(&self) -> u64 {
+        self.sequence
     }
 }
 

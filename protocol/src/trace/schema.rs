@@ -102,6 +102,9 @@ fn wound_report() -> Value {
             .chain(all_of(&number(), &scalars))
             .chain(all_of(&integer(), &["pair", "scene_kind", "flags", "scene_index"])),
     );
+    let text = json!({"type": "string"});
+    let answer =
+        object(all_of(&integer(), &["sequence", "sender", "command", "result"]).chain([("reason", text.clone())]));
     let counters = [
         "control",
         "scene_index",
@@ -122,6 +125,7 @@ fn wound_report() -> Value {
     stamped(
         all_of(&integer(), &counters)
             .chain(all_of(&number(), &["sim_time_s", "stability_number", "er_max"]))
+            .chain([("integrator_reason", text), ("answers", list(&answer))])
             .chain([("rows", list(&row)), ("line_m", list(&vector))]),
     )
 }

@@ -3,6 +3,7 @@
 use super::*;
 use crate::scene_frame::{FrameHeader, FrameNode, OutlineHeader};
 use crate::servo_state::{DeviceState, HandleState, ServoState};
+use crate::session_command::CommandAnswer;
 use crate::wire::{Field, Message};
 use crate::wound_report::{LedgerRow, MAX_LEDGER_ROWS, MAX_LINE_POINTS, WoundReport};
 use proptest::prelude::*;
@@ -46,6 +47,9 @@ fn report(steps: u64) -> WoundReport {
         ..LedgerRow::EMPTY
     };
     m.line_m[2] = [1.0, 2.0, 3.0];
+    m.set_integrator_reason("semi_implicit x 3: S = 0.7");
+    m.add_answer(CommandAnswer::new(1 << 40, 17, 4, "the gap is still open"));
+    m.add_answer(CommandAnswer::new(2 << 40, 18, 1, ""));
     m.stamp(steps, steps * 10_000_000);
     m
 }

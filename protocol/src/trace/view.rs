@@ -4,6 +4,8 @@
 use super::foxglove::Timestamp;
 use crate::scene_frame::{MAX_NODES, MAX_OUTLINE_WORDS, OutlineHeader};
 use crate::servo_state::{DeviceState, HandleState, ServoState};
+use crate::session_command::{CommandAnswer, MAX_ANSWERS};
+use crate::text;
 use crate::wire::{Field, Message};
 use crate::wound_report::{LedgerRow, WoundReport};
 use serde::{Deserialize, Serialize};
@@ -83,6 +85,28 @@ impl<'m> ServoView<'m> {
     }
 }
 
+/// An answer of a report, its reason as text.
+#[derive(Debug, Serialize, Deserialize)]
+struct AnswerView {
+    sequence: u64,
+    sender: u32,
+    command: u32,
+    result: u32,
+    reason: String,
+}
+
+impl AnswerView {
+    fn of(m: &CommandAnswer) -> Self {
+        let CommandAnswer { sequence, sender, command, result, .. } = *m;
+        Self { sequence, sender, command, result, reason: m.reason() }
+    }
+
+    fn restore(&self) -> CommandAnswer {
+        let Self { sequence, sender, command, result, .. } = *self;
+        CommandAnswer { sequence, sender, command, result, reserved: 0, reason: text::words(&self.reason) }
+    }
+}
+
 /// `/wound_report`.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct ReportView<'m> {
@@ -102,6 +126,10 @@ pub(super) struct ReportView<'m> {
     grips_used: u32,
     #[serde(default)]
     scene_generation: u32,
+    #[serde(default)]
+    integrator_reason: String,
+    #[serde(default)]
+    answers: Vec<AnswerView>,
     solver_steps: u64,
     sim_time_s: f64,
     stability_number: f64,
@@ -129,6 +157,8 @@ impl<'m> ReportView<'m> {
             points_taken: m.points_taken,
             grips_used: m.grips_used,
             scene_generation: m.scene_generation,
+            integrator_reason: m.integrator_reason(),
+            answers: m.answers.iter().take_while(|a| a.result != 0).map(AnswerView::of).collect(),
             solver_steps: m.solver_steps,
             sim_time_s: m.sim_time_s,
             stability_number: m.stability_number,
@@ -166,6 +196,11 @@ impl<'m> ReportView<'m> {
             step_time_max_ns: self.step_time_max_ns,
             ..WoundReport::EMPTY
         };
+        m.set_integrator_reason(&self.integrator_reason);
+        if self.answers.len() > MAX_ANSWERS {
+            return Err(format!("answers has {} elements, at most {MAX_ANSWERS} are possible", self.answers.len()));
+        }
+        m.answers.iter_mut().zip(&self.answers).for_each(|(slot, answer)| *slot = answer.restore());
         m.stamp(self.sequence, self.timestamp.nanoseconds()?);
         checked(m)
     }

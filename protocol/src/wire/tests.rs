@@ -4,7 +4,7 @@ use super::*;
 use crate::pointer_hand::PointerHand;
 use crate::scene_frame::{FrameHeader, FrameNode, MAX_NODES, MAX_OUTLINE_WORDS, OutlineHeader};
 use crate::servo_state::{DeviceState, HandleState, MAX_HANDLES, ServoState};
-use crate::session_command::SessionCommand;
+use crate::session_command::{CommandAnswer, SessionCommand};
 use crate::tissue_port::{HandlePort, TissuePort};
 use crate::wound_report::{LedgerRow, MAX_LEDGER_ROWS, MAX_LINE_POINTS, WoundReport};
 use proptest::prelude::*;
@@ -26,9 +26,10 @@ fn sizes_are_those_of_the_wire_version() {
         size_of::<OutlineHeader>(),
         size_of::<SessionCommand>(),
         size_of::<PointerHand>(),
+        size_of::<CommandAnswer>(),
     ];
     // Whoever changes one of these raises WIRE_VERSION and the type names with it.
-    assert_eq!(sizes, [40, 152, 88, 760, 200, 1008, 176, 11920, 28, 56, 64, 48, 72]);
+    assert_eq!(sizes, [40, 152, 88, 760, 200, 1008, 176, 14352, 28, 56, 64, 48, 72, 152]);
 }
 
 #[test]
@@ -46,6 +47,7 @@ fn type_names_carry_the_wire_version() {
         OutlineHeader::TYPE_NAME,
         SessionCommand::TYPE_NAME,
         PointerHand::TYPE_NAME,
+        CommandAnswer::TYPE_NAME,
     ];
     for (i, name) in names.iter().enumerate() {
         assert!(name.starts_with(&format!("suture.v{WIRE_VERSION}.")), "{name}");
@@ -191,7 +193,7 @@ proptest! {
             prop_assert!(m.words() <= MAX_OUTLINE_WORDS as u64);
         }
         if let Some(m) = passes_only_finite::<SessionCommand>(&bits, stamped)? {
-            prop_assert!((1..=8).contains(&m.command));
+            prop_assert!((1..=9).contains(&m.command));
         }
     }
 }

@@ -30,6 +30,8 @@ pub struct SceneSource {
 /// What a person asks of a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SessionRequest {
+    /// Begin the whole procedure anew.
+    Start,
     /// Reset the current scene.
     Restore,
     /// Next scene.
@@ -170,6 +172,10 @@ impl Procedure {
     /// Why it is refused, as a sentence.
     pub fn request(&mut self, request: SessionRequest) -> Result<(), &'static str> {
         match request {
+            SessionRequest::Start => {
+                self.scenes.iter_mut().for_each(Scene::restore);
+                self.go_to(0);
+            }
             SessionRequest::Restore => self.go_to(self.current),
             SessionRequest::Next if self.current + 1 == self.scenes.len() => return Err("this is the last scene"),
             SessionRequest::Next => self.go_to(self.current + 1),

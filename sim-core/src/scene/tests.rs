@@ -160,6 +160,9 @@ fn a_standing_of_another_procedure_is_refused_and_changes_nothing() {
     assert_eq!(procedure.scene().control_mode(), Some(ControlMode::Off));
     procedure.request(SessionRequest::Restore).unwrap();
     assert_eq!((procedure.generation(), procedure.rows().count()), (41, 1));
+    procedure.request(SessionRequest::Start).unwrap();
+    assert_eq!((procedure.progress(), procedure.generation(), procedure.rows().count()), ((0, 2), 42, 0));
+    assert_eq!(procedure.scene().control_mode(), Some(ControlMode::Off), "what was chosen stays");
 }
 
 #[test]

@@ -35,6 +35,7 @@ pub mod sleep;
 mod slit_path;
 pub mod solver;
 pub mod solver_params;
+pub mod spring_load;
 pub mod stability;
 mod step_matrix;
 pub mod surface;

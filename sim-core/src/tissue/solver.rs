@@ -182,6 +182,11 @@ impl TissueSolver {
         self.sleep.as_ref().map(|s| s.awake_nodes())
     }
 
+    /// Nodes that are at rest and left out of the steps; none where none may sleep.
+    pub fn sleeping_nodes(&self) -> impl Iterator<Item = u32> {
+        self.sleep.iter().flat_map(|s| s.asleep())
+    }
+
     /// Sets the state and lets go of all handles.
     ///
     /// # Errors

@@ -117,6 +117,12 @@ impl Sleep {
         self.awake.iter().flat_map(|&tile| self.map.nodes(tile)).map(|&n| n as usize)
     }
 
+    /// Nodes of sleeping tiles.
+    pub(crate) fn asleep(&self) -> impl Iterator<Item = u32> {
+        let tiles = (0_u32..).zip(&self.rest).filter(|(_, rest)| **rest == Rest::Asleep);
+        tiles.flat_map(|(tile, _)| self.map.nodes(tile)).copied()
+    }
+
     /// Wakes the sleeping neighbours of awake tiles that feel too much. Returns the half-springs looked at.
     pub(crate) fn wake_neighbours(
         &mut self,
