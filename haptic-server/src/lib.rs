@@ -3,6 +3,7 @@
 pub mod clean;
 pub mod cli;
 pub mod convert;
+pub mod crew;
 pub mod device;
 pub mod devices;
 pub mod doctor;

@@ -5,6 +5,7 @@
 
 use super::LockstepArgs;
 use super::choice::{DeviceChoice, HandChoice};
+use crate::crew;
 use crate::error::ServerError;
 use crate::lockstep::{self, LockstepJob, RunEnd};
 use crate::rig::{self, RigChoice};
@@ -38,6 +39,7 @@ pub(super) fn run(args: &LockstepArgs) -> Result<RunSummary, ServerError> {
     let params =
         ServoParams::new(&params, &DeviceLimits::OMNI).map_err(|e| ServerError::Configuration(e.to_string()))?;
     let mut session = SolverSession::new(&scenes).map_err(|e| scene_file::refused(&args.scene, &e))?;
+    crew::hire(&mut session);
     lockstep::run(LockstepJob {
         scene: args.scene.label(),
         hand: args.hand.hand.to_string(),

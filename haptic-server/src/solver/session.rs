@@ -15,10 +15,12 @@ use sim_core::scene::grip::Grip;
 use sim_core::scene::procedure::{Procedure, ProcedureStanding, SceneSource, SessionRequest};
 use sim_core::scene::step::{ResumeError, ServoInput};
 use sim_core::scene::suturing::Side;
+use sim_core::tissue::crew::Crew;
 use sim_core::tissue::handle::MAX_HANDLES;
 use sim_core::tissue::integrator::Integrator;
 use sim_core::vector::Vec3;
 use sim_core::wound::control::ControlMode;
+use std::sync::Arc;
 
 mod frame;
 mod orders;
@@ -48,6 +50,17 @@ impl SolverSession {
             Self { procedure, port: TissuePort::EMPTY, report: WoundReport::EMPTY, rearms: Rearms::default() };
         session.describe(0, 0);
         Ok(session)
+    }
+
+    /// The most hands that a scene asks for; `None` where no sweep is divided.
+    #[must_use]
+    pub fn threads(&self) -> Option<u32> {
+        self.procedure.threads()
+    }
+
+    /// Gives the work on the springs to a crew, in the scenes that ask for one. No result changes by a bit.
+    pub fn share(&mut self, crew: &Arc<dyn Crew>) {
+        self.procedure.share(crew);
     }
 
     /// Goes on where another solver stood.

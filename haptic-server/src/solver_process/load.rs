@@ -4,6 +4,7 @@
 //! the control mode, and a scene generation that no solver had before it.
 
 use crate::cli::SolverCli;
+use crate::crew;
 use crate::error::ServerError;
 use crate::scene_file;
 use crate::solver::session::SolverSession;
@@ -15,6 +16,7 @@ pub(super) fn session(cli: &SolverCli) -> Result<SolverSession, ServerError> {
     let standing = if cli.resume { Some(Standing::read(std::io::stdin().lock())?) } else { None };
     let scenes = scene_file::chosen(&cli.scene)?;
     let mut session = SolverSession::new(&scenes).map_err(|e| scene_file::refused(&cli.scene, &e))?;
+    crew::hire(&mut session);
     if let Some(standing) = standing {
         resume(&mut session, &standing.of_procedure());
     }

@@ -1,7 +1,8 @@
 //! From what a scene file says to a tissue at rest: millimetres and N/mm become SI here, once.
 
 use super::config::{
-    DragReading as DragChoice, IntegratorReading, MaterialConfig, PrecisionReading, SceneConfig, TissueConfig,
+    DragReading as DragChoice, IntegratorReading, MaterialConfig, PrecisionReading, SceneConfig, SolverConfig,
+    TissueConfig,
 };
 use super::plan::{built, in_range};
 use super::sleep::sleep_params;
@@ -226,6 +227,14 @@ pub(super) fn require_rest(settled: Settled) -> Result<Settled, SceneError> {
             Err(SceneError::Unsettled { residual_n: settled.residual_n, iterations: settled.iterations })
         }
     }
+}
+
+/// How many hands a scene asks for.
+pub(super) fn hands(config: &SolverConfig) -> Result<Option<u32>, SceneError> {
+    if let Some(threads) = config.threads {
+        in_range("solver.threads", f64::from(threads), 1.0, 64.0, "1 to 64")?;
+    }
+    Ok(config.threads)
 }
 
 /// Solver parameters of a scene.

@@ -171,6 +171,7 @@ fn solver() -> SolverConfig {
         precision: PrecisionReading::Double,
         max_substeps: 64,
         port_rings: 4,
+        threads: None,
         sleep: SleepReading::default(),
         sleep_tolerance_nm: None,
     }

@@ -1,9 +1,12 @@
 //! A procedure: scenes in a row, each until its stitches are done, any of which can be restored, left or gone back to
 //! at any time (Zhang et al., §1: a wrong step can be repeated). One scene alone is a procedure of one.
 
+use crate::tissue::crew::Crew;
 use crate::tissue::triangle_mesh::TriangleMesh;
 use crate::wound::control::ControlMode;
 use crate::wound::ledger::LedgerRow;
+
+use std::sync::Arc;
 
 use super::build::SceneError;
 use super::config::SceneConfig;
@@ -91,6 +94,17 @@ impl Procedure {
         let scenes: Result<Vec<Scene>, SceneError> =
             sources.iter().map(|s| Scene::new(&s.config, s.mesh.as_ref())).collect();
         Ok(Self { scenes: scenes?, current: 0, control: None, generation: 1, idle_steps: 0, total_steps: 0 })
+    }
+
+    /// The most hands that a scene asks for; `None` where no sweep is divided.
+    #[must_use]
+    pub fn threads(&self) -> Option<u32> {
+        self.scenes.iter().filter_map(Scene::threads).max()
+    }
+
+    /// Gives the work on the springs to a crew, in the scenes that ask for one. No result changes by a bit.
+    pub fn share(&mut self, crew: &Arc<dyn Crew>) {
+        self.scenes.iter_mut().for_each(|scene| scene.share(crew));
     }
 
     /// The paper's liver surgery: skin, liver, hepatic vessel.

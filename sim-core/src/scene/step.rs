@@ -5,6 +5,7 @@
 //! equal bits. Deliberately absent: clocks, messages, and the 1 kHz integration of the suture points (servo).
 
 use crate::absent::{Keep, SUTURE_LINE, Stage};
+use crate::tissue::crew::{Alone, Crew};
 use crate::tissue::handle::MAX_HANDLES;
 use crate::tissue::model::Tissue;
 use crate::tissue::network::TissueState;
@@ -22,7 +23,9 @@ mod view;
 
 pub use resume::ResumeError;
 
-use super::build::{SceneError, build_tissue, require_rest, solver_params};
+use std::sync::Arc;
+
+use super::build::{SceneError, build_tissue, hands, require_rest, solver_params};
 use super::config::SceneConfig;
 use super::grip::{Grip, Grips};
 use super::line_course::{CourseInput, LineCourse};
@@ -86,6 +89,10 @@ impl Scene {
         solver.reset(&settled)?;
         solver.reassess()?;
         require_sleep(&config.solver, &solver)?;
+        if hands(&config.solver)?.is_some() {
+            // Divided from the start: the bits do not hang on who does the work, or when they come.
+            solver.share(Arc::new(Alone));
+        }
         let closed_gap_m =
             in_range("suture.closed_gap_mm", config.suture.closed_gap_mm, 0.0, 100.0, "0 to 100")? * 1e-3;
         let capture_m =
@@ -114,6 +121,19 @@ impl Scene {
         };
         scene.measure_places();
         Ok(scene)
+    }
+
+    /// How many hands the scene asks for; `None` where its sweep is not divided.
+    #[must_use]
+    pub fn threads(&self) -> Option<u32> {
+        self.config.solver.threads
+    }
+
+    /// Gives the work on the springs to a crew, if the scene asks for one.
+    pub fn share(&mut self, crew: &Arc<dyn Crew>) {
+        if self.threads().is_some() {
+            self.solver.share(crew.clone());
+        }
     }
 
     /// Back to the start of the scene. The control keeps its mode.

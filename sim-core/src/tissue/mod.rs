@@ -6,6 +6,7 @@ pub mod choice;
 mod condensation;
 pub mod constraint;
 mod couplings;
+pub mod crew;
 pub mod cut;
 pub mod energy;
 pub mod force;

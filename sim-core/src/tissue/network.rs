@@ -167,6 +167,22 @@ impl SpringNetwork {
         self.rest_m.len()
     }
 
+    /// Some consecutive nodes with the springs between them; none of those only pulls.
+    pub(in crate::tissue) fn part(&self, nodes: std::ops::Range<usize>) -> Self {
+        let (first, end) = (nodes.start as u32, nodes.end as u32);
+        let inside = self.springs.iter().filter(|s| s.a >= first && s.b < end);
+        let springs: Vec<Spring> = inside.map(|s| Spring { a: s.a - first, b: s.b - first, ..*s }).collect();
+        Self {
+            rest_m: self.rest_m[nodes.clone()].to_vec(),
+            mass_kg: self.mass_kg[nodes.clone()].to_vec(),
+            drag_n_s_per_m: self.drag_n_s_per_m[nodes.clone()].to_vec(),
+            fixed: self.fixed[nodes.clone()].to_vec(),
+            half_edges: HalfEdges::from_springs(nodes.len(), &springs),
+            springs,
+            pulls_only: Vec::new(),
+        }
+    }
+
     /// The state at rest in the built shape.
     #[must_use]
     pub fn rest_state(&self) -> TissueState {

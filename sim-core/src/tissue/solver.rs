@@ -10,6 +10,7 @@
 use crate::absent::{ATTACHMENTS, Keep, SLEEP, Stage};
 use crate::tissue::choice::Choice;
 use crate::tissue::constraint::{Pairs, PatchResponse};
+use crate::tissue::crew::Crew;
 use crate::tissue::handle::{GraspError, Handle, HandleSlot, MAX_HANDLES};
 use crate::tissue::integrator::NodeFactors;
 use crate::tissue::load::Loads;
@@ -24,6 +25,7 @@ use crate::tissue::stability::Stability;
 use crate::tissue::sweep::dispatch::KernelLevel;
 use crate::tissue::sweep::{Precision, SpringSweep};
 use crate::vector::Vec3;
+use std::sync::Arc;
 
 mod step;
 
@@ -68,6 +70,7 @@ pub struct StepReport {
 pub struct TissueSolver {
     network: SpringNetwork,
     springs: SpringSweep,
+    crew: Option<Arc<dyn Crew>>,
     patches: PatchSet,
     params: SolverParams,
     stability: Stability,
@@ -110,6 +113,7 @@ impl TissueSolver {
             handles: std::array::from_fn(|_| None),
             ports: std::array::from_fn(|_| PortSolver::new(count)),
             springs: SpringSweep::automatic(&network, params.sweep_precision(), KernelLevel::Best),
+            crew: None,
             scheme: Scheme::new(params.integrator, &network),
             sleep: sleep_of(&network, &params),
             network,
@@ -200,6 +204,21 @@ impl TissueSolver {
         Ok(())
     }
 
+    /// From now on the spring forces are a crew's work, strip by strip: the same bits for any number of hands, and
+    /// within rounding of those without a crew. Tiles that sleep are swept by one pair of hands still.
+    pub fn share(&mut self, crew: Arc<dyn Crew>) {
+        self.crew = Some(crew);
+        self.lay_out(self.springs.precision());
+    }
+
+    fn lay_out(&mut self, precision: Precision) {
+        let level = self.springs.level();
+        self.springs = match &self.crew {
+            Some(crew) => SpringSweep::shared(&self.network, precision, level, crew.clone()),
+            None => SpringSweep::automatic(&self.network, precision, level),
+        };
+    }
+
     /// Chooses the sub-steps, and the integrator where that is automatic, again for the tangent at the current state.
     ///
     /// # Errors
@@ -209,8 +228,8 @@ impl TissueSolver {
         self.stability = solver_params::assess(&self.network, &self.state.position_m, &params)?;
         if params.integrator != self.params.integrator {
             self.scheme = Scheme::new(params.integrator, &self.network);
-            self.springs = SpringSweep::automatic(&self.network, params.sweep_precision(), self.springs.level());
             self.sleep = sleep_of(&self.network, &params);
+            self.lay_out(params.sweep_precision());
         }
         (self.params, self.choice) = (params, choice);
         self.sleep.iter_mut().for_each(|s| s.wake_all());

@@ -149,6 +149,7 @@ const fn path_name(path: KernelPath) -> &'static str {
         KernelPath::Rows => "rows",
         KernelPath::Gather => "gather",
         KernelPath::Stencil => "stencil",
+        KernelPath::Strips => "strips",
     }
 }
 
@@ -158,7 +159,7 @@ fn path_rows(file: &NetworkFile, progress: &Progress<'_>) -> Vec<Row> {
     let steps = (file.end_s / file.time_step_s - 1e-9).ceil().max(1.0) as usize;
     let dt_s = file.end_s / steps as f64;
     let mut rows = Vec::new();
-    let paths = [KernelPath::Rows, KernelPath::Gather, KernelPath::Stencil];
+    let paths = [KernelPath::Rows, KernelPath::Gather, KernelPath::Stencil, KernelPath::Strips];
     let ways = paths.iter().flat_map(|&path| [(path, Precision::Double, "f64"), (path, Precision::Single, "f32")]);
     for (path, precision, bits) in ways {
         let mut taken = Vec::new();

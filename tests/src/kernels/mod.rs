@@ -4,6 +4,7 @@
 //! A ratio of two kernels of one run means something, a nanosecond of one run little.
 //! Only time is measured here; that the sweeps are right is tested where they are.
 
+pub mod crew;
 pub mod meshes;
 
 use plain_kernels::{Plain, PlainKernels};

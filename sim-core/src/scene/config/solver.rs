@@ -18,6 +18,9 @@ pub struct SolverConfig {
     /// Numbers of the force sweeps; double when left out.
     #[serde(default)]
     pub precision: PrecisionReading,
+    /// Hands for the spring forces of a big mesh; the sweep is not divided when left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub threads: Option<u32>,
     /// More sub-steps than this per step are refused for an integrator by name; the automatic choice goes by their cost.
     pub max_substeps: u32,
     /// Rings of nodes around a handle that enter its port stiffness.

@@ -14,12 +14,14 @@ mod quads;
 pub mod single;
 mod single_stencil;
 mod stencil;
+mod strips;
 #[cfg(test)]
 mod tests;
 pub(super) mod tiles;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+use crate::tissue::crew::{Alone, Crew};
 use crate::tissue::force::{COINCIDENT_M, push};
 use crate::tissue::network::{Spring, SpringNetwork};
 use crate::vector::Vec3;
@@ -28,7 +30,9 @@ use dispatch::KernelLevel;
 use quads::Quads;
 use single::{Ends, Singles};
 use single_stencil::SingleStencil;
+use std::sync::Arc;
 use stencil::Stencil;
+use strips::Strips;
 
 /// How a sweep visits the springs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,6 +43,8 @@ pub enum KernelPath {
     Gather,
     /// Each spring once, along diagonals; springs off them one by one.
     Stencil,
+    /// Strip by strip, for a crew; each on the path that suits it.
+    Strips,
 }
 
 /// Numbers of a sweep.
@@ -74,6 +80,7 @@ enum Layout {
     Stencil(Box<Stencil>, Option<Quads>),
     Singles(Singles),
     SingleStencil(Box<SingleStencil>, Option<Quads>),
+    Strips(Strips),
 }
 
 impl SpringSweep {
@@ -99,11 +106,19 @@ impl SpringSweep {
         Self::from_layout(network, Layout::Stencil(stencil, rest), KernelPath::Stencil, Precision::Double, level)
     }
 
-    /// Lays out a network on a given path.
+    /// Lays out a network in strips, for several hands.
+    #[must_use]
+    pub fn shared(network: &SpringNetwork, precision: Precision, level: KernelLevel, crew: Arc<dyn Crew>) -> Self {
+        let strips = Layout::Strips(Strips::new(network, precision, level, crew));
+        Self::from_layout(network, strips, KernelPath::Strips, precision, level)
+    }
+
+    /// Lays out a network on a given path; in strips with one pair of hands.
     #[must_use]
     pub fn with(network: &SpringNetwork, path: KernelPath, precision: Precision, level: KernelLevel) -> Self {
         let (springs, nodes) = (&network.springs, network.node_count());
         let layout = match (path, precision) {
+            (KernelPath::Strips, _) => Layout::Strips(Strips::new(network, precision, level, Arc::new(Alone))),
             (KernelPath::Rows, Precision::Double) => Layout::Quads(Quads::rows(springs, nodes)),
             (KernelPath::Gather, Precision::Double) => Layout::Quads(Quads::gather(springs, nodes)),
             (KernelPath::Rows, Precision::Single) => Layout::Singles(Singles::new(network, Ends::Lower)),
@@ -158,6 +173,7 @@ impl SpringSweep {
             Layout::Stencil(_, rest) | Layout::SingleStencil(_, rest) => {
                 self.ends.len() - rest.as_ref().map_or(0, Quads::springs)
             }
+            Layout::Strips(strips) => strips.regular_springs(),
         }
     }
 
@@ -184,6 +200,7 @@ impl SpringSweep {
                 }
                 f64::MAX
             }
+            Layout::Strips(strips) => strips.sweep(position_m, force_n),
         };
         for s in &self.pulls_only {
             let (a, b) = (s.a as usize, s.b as usize);
