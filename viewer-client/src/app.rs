@@ -1,6 +1,8 @@
-//! The program: finds the run, joins it, prints a line per interval until the server is gone.
+//! The program: finds the run or opens the recording, then makes pictures without a screen or prints a line per
+//! interval until the server is gone.
 
 use crate::feed::Feed;
+use crate::headless::{self, Failure, HeadlessArgs};
 use crate::status;
 use clap::Parser;
 use protocol::run::{Environment, RunDir, RunRoot};
@@ -15,13 +17,24 @@ const USAGE: u8 = 64;
 /// The server counts as gone when its tick number stands still for this many lines.
 const STILL_LINES: u32 = 3;
 
-/// Looks at a running suture-surgery server and says what it sees, a line per interval.
+/// Looks at a running suture-surgery server, or at a recording of one.
 #[derive(Debug, Parser)]
 #[command(name = "viewer-client", version, about)]
 struct Cli {
     /// Run directory of the server; without it the one of the running server.
     #[arg(long, value_name = "DIR")]
     run_dir: Option<PathBuf>,
+    /// Looks at a recording instead of a server.
+    #[arg(long, value_name = "FILE.mcap")]
+    replay: Option<PathBuf>,
+    /// Prints a line per interval.
+    #[arg(long, conflicts_with_all = ["headless", "replay"])]
+    text: bool,
+    /// Makes pictures without a screen: --png, --frames or --bench.
+    #[arg(long)]
+    headless: bool,
+    #[command(flatten, next_help_heading = "Without a screen")]
+    pictures: HeadlessArgs,
     /// Seconds between two lines.
     #[arg(long, value_name = "SECONDS", default_value = "1", value_parser = interval)]
     interval: Duration,
@@ -48,21 +61,30 @@ pub fn main() -> ExitCode {
             return ExitCode::from(code);
         }
     };
-    match watch(&cli) {
+    let done = if cli.headless {
+        headless::run(&cli.pictures, cli.replay.as_deref(), || find(&cli))
+    } else {
+        watch(&cli).map_err(|sentence| Failure { sentence, code: UNAVAILABLE })
+    };
+    match done {
         Ok(()) => ExitCode::SUCCESS,
-        Err(sentence) => {
+        Err(Failure { sentence, code }) => {
             eprintln!("viewer-client: {sentence}");
-            ExitCode::from(UNAVAILABLE)
+            ExitCode::from(code)
         }
     }
 }
 
-fn watch(cli: &Cli) -> Result<(), String> {
+fn find(cli: &Cli) -> Result<RunDir, String> {
     let run = match &cli.run_dir {
         Some(path) => RunDir::open(path),
         None => RunRoot::open(&Environment::of_process()).and_then(|root| root.attach()),
     };
-    let mut feed = Feed::join(&run.map_err(|e| e.to_string())?).map_err(|e| e.to_string())?;
+    run.map_err(|e| e.to_string())
+}
+
+fn watch(cli: &Cli) -> Result<(), String> {
+    let mut feed = Feed::join(&find(cli)?).map_err(|e| e.to_string())?;
     let (mut last_tick, mut still) = (None, 0);
     while still < STILL_LINES {
         std::thread::sleep(cli.interval);

@@ -19,7 +19,7 @@ const BORDER: f32 = 1.08;
 const EYE_SHARE: f32 = 0.05;
 
 /// A view that needs no mouse.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum FixedView {
     /// Along the wound, level.
     Front,

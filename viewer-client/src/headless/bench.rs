@@ -1,0 +1,92 @@
+//! Frame times: every picture has new nodes, is handed in and waited for; reading it back is no part of it.
+
+use super::{Failure, Source, Studio};
+use std::time::{Duration, Instant};
+
+/// Pictures in front whose time does not count: shaders are compiled in them.
+const WARM_UP: u32 = 10;
+/// Time of the scene from picture to picture, seconds.
+const STEP_S: f64 = 1.0 / 30.0;
+
+/// Times of many pictures.
+#[derive(Clone, Debug)]
+pub struct Timing {
+    sorted_ms: Vec<f64>,
+}
+
+impl Timing {
+    /// Sorts the times.
+    #[must_use]
+    pub fn of(times: &[Duration]) -> Self {
+        let mut sorted_ms: Vec<f64> = times.iter().map(|t| t.as_secs_f64() * 1.0e3).collect();
+        sorted_ms.sort_by(f64::total_cmp);
+        Self { sorted_ms }
+    }
+
+    /// The time that this share of the pictures does not exceed, milliseconds.
+    #[must_use]
+    pub fn quantile_ms(&self, share: f64) -> f64 {
+        let rank = (share * self.sorted_ms.len() as f64).ceil() as usize;
+        self.sorted_ms.get(rank.saturating_sub(1)).copied().unwrap_or(0.0)
+    }
+}
+
+pub(super) fn run(count: u32, source: &mut Source, studio: &mut Studio) -> Result<(), Failure> {
+    let mut times = Vec::with_capacity(count as usize);
+    let begin_s = 0.0;
+    for number in 0..WARM_UP + count {
+        let view = match source {
+            Source::Replay(recording) => {
+                let duration_s = recording.duration_s().max(STEP_S);
+                recording.seek((begin_s + f64::from(number) * STEP_S) % duration_s)
+            }
+            Source::Live { feed, .. } => feed.look().map_err(|e| Failure::unavailable(&e))?,
+        };
+        let started = Instant::now();
+        let encoder = studio.draw(view);
+        studio.gpu().queue.submit([encoder.finish()]);
+        let waited = studio.gpu().device.poll(wgpu::PollType::wait_indefinitely());
+        waited.map_err(|e| Failure::unavailable(&format!("the graphics device does not answer ({e})")))?;
+        if number >= WARM_UP {
+            times.push(started.elapsed());
+        }
+    }
+    let timing = Timing::of(&times);
+    let [width, height] = studio.offscreen.size();
+    println!("adapter    {}", studio.gpu().describe());
+    println!(
+        "picture    {width} x {height}, {}, {} triangles of tissue",
+        studio.renderer().detail(),
+        studio.renderer().triangles()
+    );
+    println!(
+        "frame time p50 {:.1} ms, p99 {:.1} ms, {count} pictures",
+        timing.quantile_ms(0.5),
+        timing.quantile_ms(0.99)
+    );
+    if let Some(mib) = resident_mib() {
+        println!("memory     {mib:.0} MiB resident");
+    }
+    Ok(())
+}
+
+/// Memory of this process; `None` where the system does not say.
+fn resident_mib() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
+    let kib: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kib / 1024.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quantile_is_one_of_the_times() {
+        let times: Vec<Duration> = (1..=100).rev().map(Duration::from_millis).collect();
+        let timing = Timing::of(&times);
+        assert_eq!([0.5, 0.99, 1.0].map(|q| timing.quantile_ms(q).round()), [50.0, 99.0, 100.0]);
+        assert_eq!(Timing::of(&[]).quantile_ms(0.5), 0.0);
+    }
+}

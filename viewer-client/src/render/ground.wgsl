@@ -1,0 +1,39 @@
+// The table below the tissue: green cloth in a dark room, or paper for print. It catches the shadows and fades into the
+// background.
+
+struct Seen {
+    @builtin(position) clip: vec4f,
+    @location(0) position: vec3f,
+}
+
+@vertex
+fn vertex(@builtin(vertex_index) k: u32) -> Seen {
+    let corner = vec2f(f32(k & 1u), f32(k >> 1u)) * 2.0 - 1.0;
+    let middle = 0.5 * (globals.low.xy + globals.high.xy);
+    let p = vec3f(middle + corner * globals.background.w, globals.low.w);
+    return Seen(globals.clip_from_scene * vec4f(p, 1.0), p);
+}
+
+@fragment
+fn fragment(seen: Seen) -> @location(0) vec4f {
+    let middle = 0.5 * (globals.low.xy + globals.high.xy);
+    let size = length(globals.high.xyz - globals.low.xyz);
+    let away = distance(seen.position.xy, middle) / size;
+    let fade = smoothstep(0.55, 2.1, away);
+    var normal = vec3f(0.0, 0.0, 1.0);
+    var albedo = globals.table.rgb;
+    if FULL {
+        // Folds and weave of the cloth.
+        let p = seen.position.xy / size;
+        let fold = noise2(p * 3.1 + vec2f(noise2(p * 1.7), 0.0) * 2.0);
+        let weave = sin(seen.position.x * 5200.0) * sin(seen.position.y * 5200.0);
+        let slope = vec2f(noise2(p * 3.1 + vec2f(0.12, 0.0)) - noise2(p * 3.1), noise2(p * 3.1 + vec2f(0.0, 0.12)) - noise2(p * 3.1));
+        normal = normalize(vec3f(-slope * 1.3 * globals.table.w, 1.0));
+        albedo *= 1.0 + globals.table.w * (0.22 * (fold - 0.5) + 0.05 * weave * (1.0 - smoothstep(0.4, 1.2, away)));
+    }
+    // A body over the table takes light from below it.
+    let inside = max(abs(seen.position.xy - middle) - 0.5 * (globals.high.xy - globals.low.xy), vec2f(0.0));
+    let near = 1.0 - smoothstep(0.0, 0.16, length(inside) / size);
+    let m = Material(albedo, vec3f(0.05), 0.0, 8.0, 1.0 - 0.35 * near);
+    return shown(mix(lit(m, seen.position, normal), globals.background.rgb, fade));
+}

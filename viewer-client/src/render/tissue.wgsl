@@ -1,0 +1,186 @@
+// The tissue: skin, liver or vessel by its own look, or coloured by a value. All patterns hang on the position at
+// rest, so that they move with the tissue. Materials: 0 outer surface, 1 cut or rim, 2 inner surface, 3 wound bed.
+
+override LOOK: u32 = 0u; // 0 skin, 1 liver, 2 vessel, 3 scale
+
+struct Seen {
+    @builtin(position) clip: vec4f,
+    @location(0) position: vec4f,
+    @location(1) normal: vec4f,
+    @location(2) rest: vec4f,
+    @location(3) marks: vec4f,
+}
+
+@vertex
+fn vertex(
+    @location(0) position: vec4f,
+    @location(1) normal: vec4f,
+    @location(2) rest: vec4f,
+    @location(3) marks: vec4f,
+) -> Seen {
+    return Seen(globals.clip_from_scene * vec4f(position.xyz, 1.0), position, normal, rest, marks);
+}
+
+@vertex
+fn shadow(@location(0) position: vec4f) -> @builtin(position) vec4f {
+    return globals.light_from_scene * vec4f(position.xyz, 1.0);
+}
+
+// A material with its relief in metres and the darkening of a line.
+struct Look {
+    m: Material,
+    relief: f32,
+}
+
+fn flesh(rest: vec3f) -> Look {
+    // Bundles along the wound.
+    let fibre = noise2(vec2f(rest.x * 2600.0, rest.y * 340.0));
+    let clot = noise3(rest * 420.0);
+    let red = mix(vec3f(0.26, 0.016, 0.014), vec3f(0.50, 0.060, 0.045), fibre * 0.7 + clot * 0.3);
+    return Look(Material(red, vec3f(0.35, 0.05, 0.04), 0.55, 90.0, 0.62), 1.2e-4 * fibre);
+}
+
+fn skin(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
+    if material > 2.5 {
+        return flesh(rest);
+    }
+    if material > 0.5 {
+        // The cut: horny layer, dermis, fat.
+        let lobule = cells(rest.xy * 900.0 + rest.z * 700.0);
+        let grain = noise3(rest * 1500.0);
+        let fat = mix(vec3f(0.80, 0.52, 0.17), vec3f(0.93, 0.72, 0.33), saturate(lobule.y * 2.0));
+        let dermis = mix(vec3f(0.66, 0.20, 0.16), vec3f(0.80, 0.38, 0.30), grain);
+        var colour = mix(dermis, fat, smoothstep(0.40, 0.52, depth + 0.08 * (grain - 0.5)));
+        colour = mix(vec3f(0.55, 0.26, 0.17), colour, smoothstep(0.03, 0.09, depth));
+        // A cut bleeds, a rim does not.
+        let blood = edge * smoothstep(0.25, 0.75, noise2(vec2f(rest.y * 900.0, rest.z * 260.0)) + 0.3);
+        colour = mix(colour, vec3f(0.34, 0.012, 0.010), blood * 0.75);
+        return Look(Material(colour, vec3f(0.40, 0.12, 0.08), 0.12 + 0.4 * edge, 60.0, 1.0 - 0.30 * depth * edge), 0.0);
+    }
+    let p = rest.xy * 1000.0;
+    let cell = cells(p * 0.95 + 0.35 * vec2f(noise2(p * 0.5), noise2(p * 0.5 + 7.0)));
+    let tone = noise2(p * 0.16);
+    let line = 1.0 - smoothstep(0.0, 0.16, cell.y);
+    var colour = mix(vec3f(0.62, 0.335, 0.225), vec3f(0.73, 0.43, 0.305), tone);
+    var relief = -1.0e-4 * line;
+    if FULL {
+        let blotch = noise2(p * 0.7 + 31.0);
+        let pores = cells(p * 0.55 + 3.0);
+        let pore = 1.0 - smoothstep(0.06, 0.15, pores.x);
+        colour = mix(colour, vec3f(0.70, 0.30, 0.22), 0.35 * smoothstep(0.45, 0.85, blotch));
+        colour *= 1.0 - 0.40 * pore;
+        relief += -1.4e-4 * pore + 3.0e-5 * noise2(p * 4.0);
+    }
+    colour *= 1.0 - 0.16 * line;
+    // Reddened beside the wound, bloody at its very edge.
+    let near = edge + 0.25 * (tone - 0.5) * edge;
+    colour = mix(colour, vec3f(0.62, 0.14, 0.10), 0.65 * smoothstep(0.10, 0.95, near));
+    colour = mix(colour, vec3f(0.36, 0.016, 0.012), smoothstep(0.80, 1.0, edge + 0.1 * (tone - 0.5)));
+    return Look(Material(colour, vec3f(0.34, 0.12, 0.07), 0.16, 22.0, 1.0), relief);
+}
+
+fn liver(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
+    if material > 2.5 {
+        return flesh(rest);
+    }
+    let coarse = noise3(rest * 95.0);
+    let fine = noise3(rest * 900.0);
+    if material > 0.5 {
+        var colour = mix(vec3f(0.30, 0.030, 0.022), vec3f(0.50, 0.085, 0.055), fine);
+        colour = mix(colour, vec3f(0.26, 0.010, 0.010), 0.5 * coarse);
+        return Look(Material(colour, vec3f(0.30, 0.05, 0.04), 0.5, 80.0, 1.0 - 0.35 * depth), 1.0e-4 * fine);
+    }
+    var colour = mix(vec3f(0.235, 0.040, 0.028), vec3f(0.375, 0.078, 0.048), coarse);
+    var relief = 6.0e-5 * fine;
+    if FULL {
+        // Lobules under the capsule.
+        let lobule = cells(rest.xy * 620.0 + rest.z * 180.0);
+        colour *= 0.90 + 0.22 * smoothstep(0.05, 0.35, lobule.y);
+        relief += 5.0e-5 * smoothstep(0.0, 0.3, lobule.y);
+    } else {
+        colour *= 0.90 + 0.25 * fine;
+    }
+    // The falciform ligament: a pale band over the organ, right of the wound, and a thin coat of fibres around it.
+    let size = globals.high.xyz - globals.low.xyz;
+    let middle = 0.5 * (globals.high.xyz + globals.low.xyz);
+    let across = (rest.x - middle.x) / size.x - 0.215 - 0.035 * sin(rest.y * 55.0);
+    let top = smoothstep(0.10, 0.30, (rest.z - globals.low.z) / size.z);
+    let band = top * (1.0 - smoothstep(0.012, 0.026, abs(across)));
+    let coat = top * (1.0 - smoothstep(0.010, 0.11, abs(across))) * (0.4 + 0.6 * noise2(rest.xy * vec2f(260.0, 90.0)));
+    let strand = noise2(rest.xy * vec2f(2400.0, 170.0));
+    let pale = mix(vec3f(0.62, 0.47, 0.36), vec3f(0.86, 0.77, 0.64), strand);
+    colour = mix(colour, vec3f(0.55, 0.30, 0.22), 0.45 * coat);
+    colour = mix(colour, pale, band);
+    relief += band * (7.0e-4 + 1.6e-4 * strand);
+    colour = mix(colour, vec3f(0.34, 0.012, 0.010), 0.7 * smoothstep(0.45, 1.0, edge));
+    return Look(Material(colour, vec3f(0.22, 0.05, 0.04), 0.62, 110.0, 1.0), relief);
+}
+
+fn vessel(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
+    let turn = atan2(rest.x - 0.5 * (globals.low.x + globals.high.x), rest.z - 0.5 * (globals.low.z + globals.high.z));
+    let sheet = vec2f(turn * 6.0, rest.y * 1000.0);
+    if material > 1.5 {
+        // Lining, seen through the slit.
+        let fold = noise2(vec2f(sheet.x * 1.6, sheet.y * 0.25));
+        let colour = mix(vec3f(0.52, 0.13, 0.10), vec3f(0.66, 0.25, 0.19), fold);
+        return Look(Material(colour, vec3f(0.35, 0.08, 0.06), 0.5, 70.0, 0.55), 1.0e-4 * fold);
+    }
+    let fibre = noise2(vec2f(sheet.x * 3.0, sheet.y * 0.5));
+    if material > 0.5 {
+        // Three coats: pale outer coat, red muscle, white lining; a thin dark membrane between them.
+        let wave = depth + 0.03 * (fibre - 0.5);
+        var colour = mix(vec3f(0.86, 0.66, 0.56), vec3f(0.66, 0.13, 0.10), smoothstep(0.30, 0.35, wave));
+        colour = mix(colour, vec3f(0.92, 0.80, 0.68), smoothstep(0.74, 0.78, wave));
+        let membrane = min(abs(wave - 0.325), abs(wave - 0.76));
+        colour *= 1.0 - 0.6 * (1.0 - smoothstep(0.0, 0.035, membrane));
+        return Look(Material(colour, vec3f(0.35, 0.12, 0.10), 0.3, 50.0, 1.0 - 0.2 * depth), 0.0);
+    }
+    let blotch = noise2(sheet * vec2f(0.35, 0.16) + 3.0);
+    var colour = mix(vec3f(0.66, 0.27, 0.22), vec3f(0.82, 0.50, 0.41), fibre * 0.55 + blotch * 0.45);
+    var relief = 6.0e-5 * fibre;
+    if FULL {
+        // Small vessels of the vessel.
+        let bend = vec2f(noise2(sheet * 0.3), noise2(sheet * 0.3 + 11.0)) * 2.2;
+        let branch = abs(noise2(sheet * vec2f(0.55, 0.22) + bend) - 0.5);
+        let vein = (1.0 - smoothstep(0.012, 0.045, branch)) * smoothstep(0.35, 0.65, blotch);
+        colour = mix(colour, vec3f(0.45, 0.045, 0.05), 0.75 * vein);
+        relief += 5.0e-5 * vein;
+    }
+    colour = mix(colour, vec3f(0.48, 0.05, 0.04), 0.7 * smoothstep(0.35, 1.0, edge));
+    return Look(Material(colour, vec3f(0.34, 0.13, 0.10), 0.45, 75.0, 1.0), relief);
+}
+
+@fragment
+fn fragment(seen: Seen) -> @location(0) vec4f {
+    let material = floor(seen.position.w + 0.5);
+    let depth = seen.normal.w;
+    let rest = seen.rest.xyz;
+    let edge = saturate(seen.marks.x);
+    var look: Look;
+    if LOOK == 0u {
+        look = skin(material, depth, rest, edge);
+    } else if LOOK == 1u {
+        look = liver(material, depth, rest, edge);
+    } else if LOOK == 2u {
+        look = vessel(material, depth, rest, edge);
+    } else {
+        let dim = select(1.0, 0.55, material > 0.5);
+        look = Look(Material(scaled(seen.rest.w) * dim, vec3f(0.25), 0.10, 24.0, 1.0), 0.0);
+    }
+    var normal = normalize(seen.normal.xyz);
+    // The relief as a change of the normal (Mikkelsen 2010, unparametrised bump mapping).
+    let px = dpdx(seen.position.xyz);
+    let py = dpdy(seen.position.xyz);
+    let rise = vec2f(dpdx(look.relief), dpdy(look.relief));
+    let r1 = cross(py, normal);
+    let r2 = cross(normal, px);
+    let det = dot(px, r1);
+    let slope = sign(det) * (rise.x * r1 + rise.y * r2);
+    // Where a pixel is larger than the pattern, the relief is left out.
+    let bent = abs(det) * normal - clamp(slope, vec3f(-0.8 * abs(det)), vec3f(0.8 * abs(det)));
+    normal = normalize(select(normal, bent, abs(det) > 1.0e-16));
+    var colour = lit(look.m, seen.position.xyz, normal);
+    // What a hand holds.
+    colour = mix(colour, vec3f(1.0, 0.86, 0.35), 0.16 * saturate(seen.marks.y));
+    return shown(colour);
+}
