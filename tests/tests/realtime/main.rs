@@ -11,3 +11,4 @@ mod no_allocation;
 mod ramp;
 mod rig;
 mod room;
+mod solver_steps;
