@@ -12,7 +12,7 @@ use sim_core::vector::Vec3;
 
 /// Heap calls of a hand that takes a suture point, pulls it 5 mm out of the tissue and lets go.
 fn calls_of_a_pull(config: &SceneConfig) -> u64 {
-    let mut scene = Scene::new(config, None).unwrap();
+    let mut scene = Scene::new(config, None).expect("the scene loads");
     let start_m = scene.places()[0].left_m;
     let mut calls = 0;
     for step in 0..80_u32 {
