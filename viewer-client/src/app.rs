@@ -1,9 +1,13 @@
-//! The program: finds the run or opens the recording, then makes pictures without a screen or prints a line per
-//! interval until the server is gone.
+//! The program: finds the run or opens the recording, then shows it in a window, makes pictures without a screen, or prints a
+//! line per interval until the server is gone.
 
 use crate::feed::Feed;
 use crate::headless::{self, Failure, HeadlessArgs};
+use crate::replay::Recording;
+use crate::source::Source;
 use crate::status;
+use crate::tell::Tell;
+use crate::window::{self, Opening};
 use clap::Parser;
 use protocol::run::{Environment, RunDir, RunRoot};
 use std::path::PathBuf;
@@ -33,7 +37,13 @@ struct Cli {
     /// Makes pictures without a screen: --png, --frames or --bench.
     #[arg(long)]
     headless: bool,
-    #[command(flatten, next_help_heading = "Without a screen")]
+    /// Folder for screenshots and sample curves of the window.
+    #[arg(long, value_name = "DIR", default_value = ".")]
+    out: PathBuf,
+    /// Tells what happens in the window on standard output, a JSON line per event.
+    #[arg(long, conflicts_with_all = ["headless", "text"])]
+    tell: bool,
+    #[command(flatten, next_help_heading = "Pictures, in the window and without a screen")]
     pictures: HeadlessArgs,
     /// Seconds between two lines.
     #[arg(long, value_name = "SECONDS", default_value = "1", value_parser = interval)]
@@ -63,8 +73,10 @@ pub fn main() -> ExitCode {
     };
     let done = if cli.headless {
         headless::run(&cli.pictures, cli.replay.as_deref(), || find(&cli))
+    } else if cli.text {
+        watch(&cli).map_err(unavailable)
     } else {
-        watch(&cli).map_err(|sentence| Failure { sentence, code: UNAVAILABLE })
+        open_window(&cli)
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -73,6 +85,26 @@ pub fn main() -> ExitCode {
             ExitCode::from(code)
         }
     }
+}
+
+fn unavailable(sentence: String) -> Failure {
+    Failure { sentence, code: UNAVAILABLE }
+}
+
+fn open_window(cli: &Cli) -> Result<(), Failure> {
+    let source = match &cli.replay {
+        Some(path) => Source::played(Recording::open(path)?),
+        None => Source::live(find(cli).map_err(unavailable)?).map_err(|e| unavailable(e.to_string()))?,
+    };
+    let opening = Opening {
+        source,
+        look: cli.pictures.look(),
+        view: cli.pictures.view(),
+        size: cli.pictures.size(),
+        folder: cli.out.clone(),
+        tell: if cli.tell { Tell::Lines } else { Tell::Silent },
+    };
+    window::show(opening).map_err(unavailable)
 }
 
 fn find(cli: &Cli) -> Result<RunDir, String> {

@@ -91,6 +91,18 @@ impl Feed {
         Ok(&self.view)
     }
 
+    /// The view as it was last taken in.
+    #[must_use]
+    pub fn view(&self) -> &View {
+        &self.view
+    }
+
+    /// This viewer's membership in the run, for further ports of the same thread.
+    #[must_use]
+    pub fn node(&self) -> &PortNode {
+        &self.node
+    }
+
     /// Cleans up after processes of this run that died; once a second is enough.
     pub fn clean_up(&self) {
         self.node.clean_up_dead();

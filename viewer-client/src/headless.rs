@@ -71,6 +71,31 @@ pub struct HeadlessArgs {
     stereo: bool,
 }
 
+impl HeadlessArgs {
+    /// How the pictures are to look.
+    #[must_use]
+    pub fn look(&self) -> Look {
+        Look {
+            colour: self.colour,
+            background: self.background,
+            quality: self.quality,
+            stereo: if self.stereo { Stereo::SideBySide } else { Stereo::Off },
+        }
+    }
+
+    /// Where one looks from.
+    #[must_use]
+    pub fn view(&self) -> FixedView {
+        self.view
+    }
+
+    /// Width and height in pixels.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+}
+
 fn size(text: &str) -> Result<[u32; 2], String> {
     const SIDES: std::ops::RangeInclusive<u32> = 16..=8192;
     let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
@@ -217,12 +242,7 @@ pub fn run(
     replay: Option<&Path>,
     join: impl Fn() -> Result<RunDir, String>,
 ) -> Result<(), Failure> {
-    let mut look = Look {
-        colour: args.colour,
-        background: args.background,
-        quality: args.quality,
-        stereo: if args.stereo { Stereo::SideBySide } else { Stereo::Off },
-    };
+    let mut look = args.look();
     if args.png.is_some() && look.quality == Quality::Auto {
         look.quality = Quality::Full;
     }

@@ -32,6 +32,12 @@ impl Offscreen {
     /// Makes a target; each side is at least one pixel and at most what the adapter can.
     #[must_use]
     pub fn new(gpu: &Gpu, size: [u32; 2]) -> Self {
+        Self::with_format(gpu, size, Self::FORMAT)
+    }
+
+    /// Makes a target of another format of four bytes a pixel.
+    #[must_use]
+    pub fn with_format(gpu: &Gpu, size: [u32; 2], format: TextureFormat) -> Self {
         let largest = gpu.device.limits().max_texture_dimension_2d;
         let [width, height] = size.map(|side| side.clamp(1, largest));
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
@@ -40,7 +46,7 @@ impl Offscreen {
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
-            format: Self::FORMAT,
+            format,
             usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC,
             view_formats: &[],
         });

@@ -33,6 +33,7 @@ pub const KEYS: [(&str, &[(&str, &str)]); 5] = [
         "Session",
         &[
             ("R", "restore the scene"),
+            ("Shift + R", "start the procedure anew"),
             ("N  B", "next, previous scene"),
             ("T", "tie the stitch at work"),
             ("C", "control off, on, paper"),
@@ -54,7 +55,7 @@ pub const KEYS: [(&str, &[(&str, &str)]); 5] = [
         "Recording",
         &[
             ("Space", "play or pause"),
-            (",  .", "one picture back, on"),
+            (",  .  or ←  →", "one picture back, on"),
             ("–  +", "half, twice as fast"),
             ("Home", "to the start"),
             ("H, Esc, Q", "this list; close it; quit"),

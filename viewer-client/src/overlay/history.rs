@@ -77,6 +77,8 @@ impl History {
                 self.followed = followed;
             }
             self.gap.push(view.frame.header.sim_time_s, gap.distance_m);
+        } else {
+            self.gap.clear();
         }
     }
 

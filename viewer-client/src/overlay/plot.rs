@@ -111,10 +111,10 @@ impl Plot {
         }
     }
 
-    /// Small text in the upper right corner.
+    /// Small text in the upper left corner.
     pub(super) fn note(&self, text: &str) {
-        let corner = self.area.right_top() + vec2(-3.0, 2.0);
-        self.painter.text(corner, Align2::RIGHT_TOP, text, style::small(), style::WEAK);
+        let corner = self.area.left_top() + vec2(3.0, 1.0);
+        self.painter.text(corner, Align2::LEFT_TOP, text, style::small(), style::WEAK.gamma_multiply(0.7));
     }
 }
 
@@ -157,7 +157,7 @@ pub(super) fn over_time(ui: &mut Ui, height: f32, series: &Series, scale: f64, l
     let x = Axis { low: -series.window_s(), high: 0.0, step: series.window_s() };
     let plot = Plot::begin(ui, height, x, y);
     plot.curve(series.recent().map(|[t, v]| [t, v * scale]), colour);
-    plot.note(&format!("{:.0} s", series.window_s()));
+    plot.note(&format!("last {:.0} s", series.window_s()));
     plot
 }
 

@@ -12,7 +12,7 @@ use std::f32::consts::{FRAC_PI_2, TAU};
 /// Height of the chart, points.
 const HEIGHT: f32 = 168.0;
 /// Room for the labels at the rim.
-const LABELS: f32 = 14.0;
+const LABELS: f32 = 18.0;
 /// Algorithm 2 acts beyond this part of `D_o`.
 const BAND: f64 = 0.10;
 
@@ -27,7 +27,7 @@ struct Chart {
 impl Chart {
     fn at(&self, axis: usize, distance_m: f64) -> Pos2 {
         let angle = TAU * axis as f32 / self.axes as f32 - FRAC_PI_2;
-        let r = self.radius * (distance_m / self.rim_m).clamp(0.0, 1.2) as f32;
+        let r = self.radius * (distance_m / self.rim_m).clamp(0.0, 1.3) as f32;
         self.centre + vec2(r * angle.cos(), r * angle.sin())
     }
 
@@ -49,7 +49,7 @@ pub(super) fn show(ui: &mut Ui, view: &View) {
     let chart = Chart { centre: response.rect.center(), radius, axes: count, rim_m: 1.1 * largest };
     for (axis, row) in rows(report).enumerate() {
         painter.line_segment([chart.centre, chart.at(axis, chart.rim_m)], Stroke::new(1.0, style::GRID));
-        let label = chart.at(axis, 1.17 * chart.rim_m);
+        let label = chart.at(axis, 1.14 * chart.rim_m);
         painter.text(label, Align2::CENTER_CENTER, row.pair + 1, style::small(), style::WEAK);
     }
     for part in [0.5, 1.0] {

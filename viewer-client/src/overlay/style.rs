@@ -44,8 +44,9 @@ pub(super) fn apply(ctx: &Context) {
         style.text_styles.insert(TextStyle::Button, font(11.5));
         style.text_styles.insert(TextStyle::Small, font(SMALL));
         style.visuals.override_text_color = Some(TEXT);
-        style.spacing.item_spacing = egui::vec2(6.0, 3.0);
+        style.spacing.item_spacing = egui::vec2(6.0, 2.0);
         style.spacing.button_padding = egui::vec2(6.0, 2.0);
+        style.spacing.interact_size.y = 15.0;
         style.interaction.selectable_labels = false;
         // Fading and sliding would keep a picture moving in which nothing happens.
         style.animation_time = 0.0;

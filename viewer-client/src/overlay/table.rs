@@ -35,8 +35,8 @@ pub(super) fn show(ui: &mut Ui, view: &View) {
         ui.label(RichText::new("none tied yet").size(style::SMALL).color(style::WEAK));
         return;
     }
-    Grid::new("table-1").num_columns(6).spacing([10.0, 2.0]).min_col_width(14.0).show(ui, |ui| {
-        for name in ["", "D_o mm", "D_c mm", "ER %", "hold N", "line N"] {
+    Grid::new("table-1").num_columns(6).spacing([8.0, 1.0]).min_col_width(10.0).show(ui, |ui| {
+        for name in ["", "D_o", "D_c mm", "ER %", "hold", "line N"] {
             ui.label(RichText::new(name).size(style::SMALL).color(style::WEAK));
         }
         ui.end_row();
