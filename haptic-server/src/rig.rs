@@ -2,7 +2,7 @@
 //!
 //! A recording is laid onto the wound by the similarity transform of `hand::registration`: every scene stands in
 //! the wound frame (middle of the wound = origin, x across, y along, z out of the tissue), so the place is the
-//! same in all. The middle of the simulated device's workspace goes to where the hand works. With a given
+//! same in all. A pointer's hand gets its wishes through a cell whose other end stands in the rig. The middle of the simulated device's workspace goes to where the hand works. With a given
 //! run time a recording repeats until the end; without, the run ends with it.
 
 use crate::cli::choice::{DeviceChoice, HandChoice, HandSide};
@@ -13,6 +13,7 @@ use crate::device::replay::ReplayDevice;
 use crate::device::simulated::{SimulatedDevice, SimulatedDeviceParams};
 use crate::device::{Device, PulledDevice, firewire, hid};
 use crate::error::ServerError;
+use crate::hand::pointer::{PointerHand, PointerWish};
 use crate::hand::recorded::RecordedHand;
 use crate::hand::registration::{Registration, ScaleRule, WoundPlace};
 use crate::hand::resample::AtEnd;
@@ -21,6 +22,7 @@ use crate::hand::{Hand, HandFileFault, csv};
 use crate::servo_link::RunLength;
 use sim_core::vector::Vec3;
 use std::path::Path;
+use triple_buffer::{Input, triple_buffer};
 
 /// Where the synthetic hand waits above the wound, and where the middle of its workspace is, metres.
 const SYNTHETIC_HOME_M: f64 = 0.02;
@@ -62,6 +64,15 @@ pub struct Rig {
     pub registration: String,
     /// How long the hand moves, if it ends by itself, seconds.
     pub ends_after_s: Option<f64>,
+    /// Where the wishes of a pointer go, if that is the hand.
+    pub wishes: Option<Input<PointerWish>>,
+}
+
+impl Rig {
+    /// A device whose hand needs nothing and does not end by itself.
+    fn of(device: RigDevice) -> Self {
+        Self { device, registration: String::new(), ends_after_s: None, wishes: None }
+    }
 }
 
 impl RigDevice {
@@ -99,9 +110,8 @@ impl From<HandFileFault> for ServerError {
 /// Builds what was chosen.
 ///
 /// # Errors
-/// 66 or 65 for a recording that cannot be used, 69 for a device without driver.
+/// 66 or 65 for a recording that cannot be used, 69 for a device that is not there.
 pub fn build(choice: &RigChoice<'_>) -> Result<Rig, ServerError> {
-    choice.device.require_drivable()?;
     match (choice.device, choice.hand) {
         (DeviceChoice::Replay(path), _) => {
             let recorded = Recorded::read(path, choice.side, choice.length)?;
@@ -112,16 +122,21 @@ pub fn build(choice: &RigChoice<'_>) -> Result<Rig, ServerError> {
             let device = OpenHaptics::open(names.as_deref(), choice.library, frame)
                 .map_err(|e| ServerError::Unavailable(e.to_string()))?;
             tracing::info!("{}", device.description());
-            let device = RigDevice::OpenHaptics(Box::new(device));
-            Ok(Rig { device, registration: String::new(), ends_after_s: None })
+            Ok(Rig::of(RigDevice::OpenHaptics(Box::new(device))))
         }
         (DeviceChoice::Hid(path), _) => {
             let device = hid::open(path.as_deref(), choice.device_file, workspace_centre_m())?;
-            Ok(Rig { device: RigDevice::Wire(device), registration: String::new(), ends_after_s: None })
+            Ok(Rig::of(RigDevice::Wire(device)))
         }
         (DeviceChoice::Firewire, _) => {
             let device = firewire::open(choice.device_file, workspace_centre_m())?;
-            Ok(Rig { device: RigDevice::Wire(device), registration: String::new(), ends_after_s: None })
+            Ok(Rig::of(RigDevice::Wire(device)))
+        }
+        (DeviceChoice::Pointer, _) => {
+            let home_m = workspace_centre_m();
+            let (wishes, cell) = triple_buffer(&PointerWish::none());
+            let device = simulated_by(Box::new(PointerHand::new(cell, home_m)), home_m).named("pointer");
+            Ok(Rig { wishes: Some(wishes), ..Rig::of(RigDevice::Simulated(Box::new(device))) })
         }
         (_, HandChoice::File(path)) => {
             let recorded = Recorded::read(path, choice.side, choice.length)?;
@@ -129,8 +144,7 @@ pub fn build(choice: &RigChoice<'_>) -> Result<Rig, ServerError> {
         }
         (_, HandChoice::Synthetic) => {
             let home_m = workspace_centre_m();
-            let device = simulated(synthetic_hand(home_m), home_m);
-            Ok(Rig { device, registration: String::new(), ends_after_s: None })
+            Ok(Rig::of(simulated(synthetic_hand(home_m), home_m)))
         }
     }
 }
@@ -156,8 +170,11 @@ pub fn recorded_hand(path: &Path) -> Result<Box<dyn Hand>, ServerError> {
 }
 
 fn simulated(hand: Box<dyn Hand>, centre_m: Vec3) -> RigDevice {
-    let frame = SceneFromDevice::workspace_at(centre_m);
-    RigDevice::Simulated(Box::new(SimulatedDevice::new(SimulatedDeviceParams::default(), frame, hand)))
+    RigDevice::Simulated(Box::new(simulated_by(hand, centre_m)))
+}
+
+fn simulated_by(hand: Box<dyn Hand>, centre_m: Vec3) -> SimulatedDevice {
+    SimulatedDevice::new(SimulatedDeviceParams::default(), SceneFromDevice::workspace_at(centre_m), hand)
 }
 
 /// A recorded hand on the wound.
@@ -194,6 +211,7 @@ impl Recorded {
             device: device(self.hand, self.registration.workspace_centre_m),
             registration: in_words(&self.registration),
             ends_after_s: self.ends_after_s,
+            wishes: None,
         }
     }
 }
@@ -252,6 +270,15 @@ mod tests {
     }
 
     #[test]
+    fn a_pointer_has_a_way_for_its_wishes_and_others_have_none() {
+        let rig = build(&choice(&DeviceChoice::Pointer, &HandChoice::Synthetic)).expect("needs nothing");
+        assert!(rig.wishes.is_some() && rig.ends_after_s.is_none());
+        assert_eq!(rig.device.into_device().name(), "pointer");
+        let rig = build(&choice(&DeviceChoice::Simulated, &HandChoice::Synthetic)).expect("needs nothing");
+        assert!(rig.wishes.is_none());
+    }
+
+    #[test]
     fn missing_and_broken_recordings_have_their_codes() {
         let folder = tempfile::tempdir().expect("folder");
         let path = folder.path().join("hand.csv");
@@ -267,7 +294,5 @@ mod tests {
         let absent = build(&choice(&absent, &HandChoice::Synthetic)).err().expect("not there");
         assert_eq!(absent.exit_code(), exit::UNAVAILABLE);
         assert!(absent.to_string().contains("hidraw9"), "{absent}");
-        let pointer = build(&choice(&DeviceChoice::Pointer, &HandChoice::Synthetic));
-        assert_eq!(pointer.err().map(|e| e.exit_code()), Some(exit::UNAVAILABLE));
     }
 }

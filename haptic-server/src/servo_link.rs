@@ -56,6 +56,7 @@ impl ServoSpec {
     pub fn hand_label(&self) -> String {
         match &self.device {
             DeviceChoice::Replay(path) => path.display().to_string(),
+            DeviceChoice::Pointer => "pointer".to_owned(),
             DeviceChoice::Openhaptics(_) | DeviceChoice::Hid(_) | DeviceChoice::Firewire => "operator".to_owned(),
             _ => self.hand.to_string(),
         }

@@ -210,6 +210,9 @@ pub fn is_gone_within(limit: Duration, process: Pid) -> bool {
     .is_some()
 }
 
+/// Packages whose programs the tests start. None of them draws: no graphics crate is compiled for them.
+const PACKAGES: [&str; 3] = ["haptic-server", "suture-tests", "virtual-omni"];
+
 /// Path of one of our binaries, built when it is not up to date, in the profile of the running test.
 ///
 /// # Panics
@@ -217,7 +220,17 @@ pub fn is_gone_within(limit: Duration, process: Pid) -> bool {
 #[must_use]
 pub fn binary(name: &str) -> PathBuf {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
-    BUILT.get_or_init(build_binaries).join(name)
+    BUILT.get_or_init(|| build_binaries(&PACKAGES)).join(name)
+}
+
+/// Path of the viewer, built likewise, with all its graphics crates: for tests that are asked for by name.
+///
+/// # Panics
+/// When cargo cannot build it.
+#[must_use]
+pub fn viewer() -> PathBuf {
+    static BUILT: OnceLock<PathBuf> = OnceLock::new();
+    BUILT.get_or_init(|| build_binaries(&["viewer-client"])).join("viewer-client")
 }
 
 /// Path of the virtual Omni's shared library, which cargo builds beside the tests that depend on it.
@@ -232,13 +245,14 @@ pub fn virtual_omni() -> PathBuf {
     library
 }
 
-/// Builds every binary of the workspace once per test process and returns their folder.
-fn build_binaries() -> PathBuf {
+/// Builds the binaries of these packages and returns their folder.
+fn build_binaries(packages: &[&str]) -> PathBuf {
     let this = std::env::current_exe().expect("a test knows its own path");
     // …/target/PROFILE/deps/NAME
     let folder = this.ancestors().nth(2).expect("a test lies two folders below its profile's").to_path_buf();
     let mut build = Command::new(env!("CARGO"));
-    build.args(["build", "--quiet", "--workspace", "--bins"]).current_dir(env!("CARGO_MANIFEST_DIR"));
+    build.args(["build", "--quiet", "--bins"]).current_dir(env!("CARGO_MANIFEST_DIR"));
+    build.args(packages.iter().flat_map(|package| ["--package", package]));
     if folder.ends_with("release") {
         build.arg("--release");
     }

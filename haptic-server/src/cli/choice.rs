@@ -1,10 +1,8 @@
 //! The values of the command line: scene, device, hand, control.
 //!
 //! A value is parsed once, here, into a closed type; nothing downstream looks at the text again.
-//! Deliberately absent: opening anything. Whether a device can be driven is asked in
-//! [`DeviceChoice::require_drivable`], before any process is started.
+//! Deliberately absent: opening anything.
 
-use crate::error::ServerError;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::PathBuf;
@@ -71,7 +69,7 @@ pub enum DeviceChoice {
     Simulated,
     /// A recorded trace, open loop.
     Replay(PathBuf),
-    /// Mouse or touch pad of a viewer.
+    /// A simulated Omni that follows mouse or touch pad of a viewer.
     Pointer,
     /// An Omni through the OpenHaptics library, by configuration name; two names with a plus between.
     Openhaptics(Option<String>),
@@ -104,18 +102,10 @@ impl FromStr for DeviceChoice {
 }
 
 impl DeviceChoice {
-    /// Refuses what this build has no driver for.
-    ///
-    /// # Errors
-    /// [`ServerError::Unavailable`] names what can be driven.
-    pub fn require_drivable(&self) -> Result<(), ServerError> {
-        match self {
-            Self::Pointer => Err(ServerError::Unavailable(format!(
-                "device {self} has no driver in this build, which drives simulated, replay:FILE, openhaptics[:NAME], \
-                     hid[:PATH] and firewire; give one of these with --device"
-            ))),
-            _ => Ok(()),
-        }
+    /// Whether it is a device that can push a real hand.
+    #[must_use]
+    pub fn is_hardware(&self) -> bool {
+        !matches!(self, Self::Simulated | Self::Replay(_) | Self::Pointer)
     }
 }
 
@@ -213,11 +203,9 @@ mod tests {
     }
 
     #[test]
-    fn a_device_without_driver_is_unavailable() {
-        let error = DeviceChoice::Pointer.require_drivable().expect_err("nothing drives it");
-        assert_eq!(error.exit_code(), crate::exit::UNAVAILABLE);
-        for text in ["simulated", "hid", "firewire"] {
-            assert!(text.parse::<DeviceChoice>().expect(text).require_drivable().is_ok());
+    fn what_is_no_hardware_needs_no_rights() {
+        for (text, real) in [("simulated", false), ("replay:a.csv", false), ("pointer", false), ("hid", true)] {
+            assert_eq!(text.parse::<DeviceChoice>().expect(text).is_hardware(), real, "{text}");
         }
     }
 

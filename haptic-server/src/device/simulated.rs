@@ -44,6 +44,7 @@ impl Default for SimulatedDeviceParams {
 
 /// Stylus, friction, encoders and the hand that holds it.
 pub struct SimulatedDevice {
+    name: &'static str,
     params: SimulatedDeviceParams,
     frame: SceneFromDevice,
     hand: Box<dyn Hand>,
@@ -68,6 +69,7 @@ impl SimulatedDevice {
     pub fn new(params: SimulatedDeviceParams, frame: SceneFromDevice, hand: Box<dyn Hand>) -> Self {
         let start_m = frame.translation_m();
         Self {
+            name: "simulated",
             params,
             frame,
             hand,
@@ -78,6 +80,12 @@ impl SimulatedDevice {
             clock: None,
             sample: DeviceSample::resting(start_m),
         }
+    }
+
+    /// The same device under another name in reports: that of its hand.
+    #[must_use]
+    pub fn named(self, name: &'static str) -> Self {
+        Self { name, ..self }
     }
 
     /// True motion of the stylus (not what the encoders say), scene frame.
@@ -148,7 +156,7 @@ impl PulledDevice for SimulatedDevice {
 
 impl Device for SimulatedDevice {
     fn name(&self) -> &str {
-        "simulated"
+        self.name
     }
 
     fn limits(&self) -> DeviceLimits {

@@ -10,7 +10,6 @@ pub use attached::{Attached, attached};
 pub use known::{Backend, Link, Role};
 
 use crate::cli::Format;
-use crate::cli::choice::DeviceChoice;
 use crate::device::openhaptics::library;
 use crate::doctor::configured;
 use crate::error::ServerError;
@@ -40,7 +39,7 @@ pub struct Listing {
     /// Names of the devices that the vendor's set-up has configured.
     pub openhaptics_names: Vec<String>,
     /// Devices that need no hardware.
-    pub without_hardware: [&'static str; 2],
+    pub without_hardware: [&'static str; 3],
 }
 
 /// Lists the devices of this machine.
@@ -64,14 +63,14 @@ pub fn list(machine: &Machine, library_loads: bool) -> Listing {
     let names = configured(machine);
     let row = |device: Attached| {
         let option = option(&device);
-        let missing = missing(machine, &device, option.as_deref(), library_loads, &names);
+        let missing = missing(machine, &device, library_loads, &names);
         Row { device, option, missing }
     };
     Listing {
         attached: attached(machine).into_iter().map(row).collect(),
         openhaptics_library: library_loads,
         openhaptics_names: names,
-        without_hardware: ["simulated", "replay:FILE"],
+        without_hardware: ["simulated", "replay:FILE", "pointer"],
     }
 }
 
@@ -85,13 +84,7 @@ fn option(device: &Attached) -> Option<String> {
     }
 }
 
-fn missing(
-    machine: &Machine,
-    device: &Attached,
-    option: Option<&str>,
-    library_loads: bool,
-    names: &[String],
-) -> Vec<String> {
+fn missing(machine: &Machine, device: &Attached, library_loads: bool, names: &[String]) -> Vec<String> {
     let mut missing = Vec::new();
     match &device.node {
         None => missing.push(match device.link {
@@ -117,8 +110,6 @@ fn missing(
     if device.backend == Backend::None {
         missing.push("a driver: nothing here drives it".to_owned());
     }
-    let refused = option.and_then(|option| option.parse::<DeviceChoice>().ok()?.require_drivable().err());
-    missing.extend(refused.map(|error| error.to_string()));
     missing
 }
 

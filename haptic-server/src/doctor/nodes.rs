@@ -11,7 +11,10 @@ use crate::exit;
 pub(super) fn checks(listing: &Listing) -> Vec<Check> {
     const NAME: &str = "device";
     if listing.attached.is_empty() {
-        return vec![Check::ok(NAME, "none attached that is known here; simulated and replayed ones need none")];
+        return vec![Check::ok(
+            NAME,
+            "none attached that is known here; simulated, replayed and pointer ones need none",
+        )];
     }
     let row = |row: &crate::devices::Row| {
         let device = &row.device;

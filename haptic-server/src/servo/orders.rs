@@ -6,12 +6,9 @@
 use crate::device::{DeviceCommand, DeviceSample, TickTime};
 use crate::servo::clock::Wakefulness;
 use crate::servo::events::EventBatch;
+pub use protocol::servo_state::{FLAG_DEGRADED, FLAG_STOPPING};
 use protocol::tissue_port::TissuePort;
 
-/// `servo_state` flag: no real-time rights.
-pub const FLAG_DEGRADED: u32 = 1;
-/// `servo_state` flag: a stop order is being followed.
-pub const FLAG_STOPPING: u32 = 2;
 /// With which rights the servo runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rights {

@@ -1,16 +1,24 @@
-//! The bridge thread: owns the subscribers of the servo process and hands the newest port to the loop.
+//! The bridge thread: owns the subscribers of the servo process and hands the newest port, and the newest wish of a pointer, to
+//! the loop.
 //!
 //! A subscriber that connects or disconnects costs its thread memory mapping and heap; here that is not the
 //! servo thread, which takes ports from a wait-free cell (a triple buffer). The bridge looks every [`LOOK_PERIOD`],
 //! well below one servo period of added age on average.
 
+use crate::hand::pointer::PointerWish;
 use crate::servo_setup::ServoLinks;
 use crossbeam::queue::ArrayQueue;
-use protocol::ports::{PortError, PortNode, SessionCommandSubscriber, TissuePortSubscriber, WoundReportSubscriber};
+use protocol::pointer_hand::PointerHand;
+use protocol::ports::{
+    PointerHandSubscriber, PortError, PortNode, SessionCommandSubscriber, TissuePortSubscriber, WoundReportSubscriber,
+    monotonic_ns,
+};
 use protocol::run::RunDir;
 use protocol::session_command::REARM;
 use protocol::tissue_port::TissuePort;
+use protocol::wire::Message;
 use protocol::wound_report::WoundReport;
+use sim_core::vector::Vec3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -24,6 +32,17 @@ const SLOW_LOOKS: u32 = 16;
 const CLEAN_UP_PERIOD: Duration = Duration::from_secs(1);
 /// A rejected message is logged at most this often.
 const COMPLAINT_PERIOD: Duration = Duration::from_secs(1);
+
+/// A wish that was sent longer ago than this is not delivered: it is what a writer left behind, nanoseconds.
+const OLDEST_WISH_NS: u64 = 250_000_000;
+
+/// The cells of the loop.
+pub(super) struct Cells {
+    /// For tissue ports.
+    pub(super) ports: Input<TissuePort>,
+    /// For the wishes of a pointer, if that is the hand.
+    pub(super) wishes: Option<Input<PointerWish>>,
+}
 
 /// Where the bridge delivers to, and when it ends.
 pub(super) struct Delivery {
@@ -43,17 +62,26 @@ impl Delivery {
 }
 
 /// Opens the subscribers in this thread and delivers until told to stop.
-pub(super) fn run(run: &RunDir, cell: &mut Input<TissuePort>, delivery: &Delivery) -> Result<(), PortError> {
+pub(super) fn run(run: &RunDir, cells: &mut Cells, delivery: &Delivery) -> Result<(), PortError> {
     let node = PortNode::join(run, "servo-bridge")?;
     let mut ports = TissuePortSubscriber::open(&node)?;
     let mut reports = WoundReportSubscriber::open(&node)?;
     let mut commands = SessionCommandSubscriber::open(&node)?;
+    let mut pointer = match &mut cells.wishes {
+        Some(cell) => Some((PointerHandSubscriber::open(&node)?, cell)),
+        None => None,
+    };
     let mut complaints = Complaints::default();
     let mut next_clean_up = Instant::now() + CLEAN_UP_PERIOD;
     let mut looks = 0_u32;
     while !delivery.stop.load(Ordering::Relaxed) {
         if let Some(port) = complaints.kept(ports.newest())? {
-            cell.write(port);
+            cells.ports.write(port);
+        }
+        if let Some((subscriber, cell)) = &mut pointer
+            && let Some(wish) = complaints.kept(subscriber.newest())?.and_then(|m| wish_of(&m, monotonic_ns()))
+        {
+            cell.write(wish);
         }
         looks = looks.wrapping_add(1);
         if looks.is_multiple_of(SLOW_LOOKS) {
@@ -73,6 +101,16 @@ pub(super) fn run(run: &RunDir, cell: &mut Input<TissuePort>, delivery: &Deliver
         std::thread::sleep(LOOK_PERIOD);
     }
     Ok(())
+}
+
+/// What a message wishes, if it was sent just now.
+fn wish_of(message: &PointerHand, now_ns: u64) -> Option<PointerWish> {
+    let is_new = now_ns.saturating_sub(message.header().time_ns) <= OLDEST_WISH_NS;
+    is_new.then(|| PointerWish {
+        position_m: Vec3::from(message.position_m),
+        buttons: message.buttons,
+        sender: message.sender,
+    })
 }
 
 /// Rejected messages: the last good one stays in use, and the log hears of it once in a while.

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | main | control line and heartbeat, telemetry, end of a recorded hand |
 //! | servo | device and 1 kHz loop ([`room`]) |
-//! | servo-bridge | subscribers; newest port into the loop's cell ([`bridge`]) |
+//! | servo-bridge | subscribers; newest port and wish into the loop's cells ([`bridge`]) |
 //! | recorder | the recording, if one is made |
 //!
 //! A stop order, SIGTERM, SIGINT or the end of stdin lets the loop ramp the force to zero; then the summary goes to
@@ -15,6 +15,7 @@ mod control;
 mod report;
 mod room;
 
+use crate::cli::choice::DeviceChoice;
 use crate::device::DeviceLimits;
 use crate::device::hid::side_input;
 use crate::device::notice::NoticeRing;
@@ -32,13 +33,13 @@ use crate::standing::Standing;
 use crate::supervisor::child::{DeathSignal, end_with_parent};
 use crate::supervisor::signals::stop_flag;
 use crate::telemetry;
-use bridge::Delivery;
+use bridge::{Cells, Delivery};
 use control::{ControlLine, Incoming};
 use protocol::ports::PortError;
 use protocol::run::RunDir;
-use protocol::tissue_port::TissuePort;
+use protocol::servo_state::FLAG_POINTER;
 use protocol::wound_report::WoundReport;
-use room::LoopEnd;
+use room::{LoopEnd, Task};
 use rtrb::Consumer;
 use rustix::event::Timespec;
 use std::path::Path;
@@ -46,7 +47,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
-use triple_buffer::Input;
 
 /// Time between two heartbeats: far below the supervisor's limit, far above a tick.
 const HEARTBEAT: Timespec = Timespec { tv_sec: 0, tv_nsec: 10_000_000 };
@@ -66,7 +66,7 @@ pub fn run() -> Result<(), ServerError> {
     let spec = control.specification()?;
     end_with_parent(spec.guarded_by, DeathSignal::Terminate)?;
     let run = RunDir::open(&spec.run_dir)?;
-    let Rig { device, registration, ends_after_s } = rig::build(&RigChoice {
+    let Rig { device, registration, ends_after_s, wishes } = rig::build(&RigChoice {
         device: &spec.device,
         hand: &spec.hand,
         side: spec.hand_side,
@@ -89,8 +89,9 @@ pub fn run() -> Result<(), ServerError> {
     let delivery = Arc::new(Delivery::new(links.clone()));
     // Until the end of the run.
     let _awake = realtime::stay_awake();
-    let bridge = spawn_bridge(&run, ports, &delivery)?;
-    let servo = spawn_servo(&run, device, params, room, policy(&spec))?;
+    let bridge = spawn_bridge(&run, Cells { ports, wishes }, &delivery)?;
+    let task = Task { params, policy: policy(&spec), marks: marks(&spec.device) };
+    let servo = spawn_servo(&run, device, task, room)?;
     let mut watch = Watch {
         links: &links,
         events,
@@ -139,25 +140,29 @@ fn policy(spec: &ServoSpec) -> RightsPolicy {
     }
 }
 
+/// Flags of `servo_state` that hold for the whole run.
+fn marks(device: &DeviceChoice) -> u32 {
+    if *device == DeviceChoice::Pointer { FLAG_POINTER } else { 0 }
+}
+
 type Bridge = JoinHandle<Result<(), PortError>>;
 type Loop = JoinHandle<Result<LoopEnd, ServerError>>;
 
-fn spawn_bridge(run: &RunDir, mut cell: Input<TissuePort>, delivery: &Arc<Delivery>) -> Result<Bridge, ServerError> {
+fn spawn_bridge(run: &RunDir, mut cells: Cells, delivery: &Arc<Delivery>) -> Result<Bridge, ServerError> {
     let (run, delivery) = (run.clone(), delivery.clone());
     let thread = std::thread::Builder::new().name("servo-bridge".to_owned());
-    thread.spawn(move || bridge::run(&run, &mut cell, &delivery)).map_err(|e| no_thread(&e))
+    thread.spawn(move || bridge::run(&run, &mut cells, &delivery)).map_err(|e| no_thread(&e))
 }
 
 fn spawn_servo(
     run: &RunDir,
     mut device: Box<dyn crate::device::Device>,
-    params: ServoParams,
+    task: Task,
     ends: RoomEnds,
-    policy: RightsPolicy,
 ) -> Result<Loop, ServerError> {
     let run = run.clone();
     let thread = std::thread::Builder::new().name("servo".to_owned()).stack_size(room::STACK);
-    thread.spawn(move || room::run(&run, device.as_mut(), &params, ends, policy)).map_err(|e| no_thread(&e))
+    thread.spawn(move || room::run(&run, device.as_mut(), &task, ends)).map_err(|e| no_thread(&e))
 }
 
 fn no_thread(error: &std::io::Error) -> ServerError {

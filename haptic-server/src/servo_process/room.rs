@@ -19,6 +19,16 @@ use std::time::{Duration, Instant};
 /// Stack of the servo thread, bytes.
 pub(super) const STACK: usize = 512 * 1024;
 
+/// What the servo thread is started with.
+pub(super) struct Task {
+    /// Its constants.
+    pub(super) params: ServoParams,
+    /// What to do when rights are missing.
+    pub(super) policy: RightsPolicy,
+    /// Flags of `servo_state` beside those of the tick.
+    pub(super) marks: u32,
+}
+
 /// What the servo thread leaves behind.
 pub(super) struct LoopEnd {
     /// Its measurements.
@@ -32,23 +42,21 @@ pub(super) struct LoopEnd {
 }
 
 /// The whole life of the servo thread.
-pub(super) fn run(
-    run: &RunDir,
-    device: &mut dyn Device,
-    params: &ServoParams,
-    ends: RoomEnds,
-    policy: RightsPolicy,
-) -> Result<LoopEnd, ServerError> {
+pub(super) fn run(run: &RunDir, device: &mut dyn Device, task: &Task, ends: RoomEnds) -> Result<LoopEnd, ServerError> {
     let node = PortNode::join(run, "servo")?;
     let mut writer = ServoStateWriter::create(&node)?;
     let stats = new_stats().map_err(|e| ServerError::Internal(format!("cannot make the histograms: {e}")))?;
     let rights = acquire(&RealtimeConfig::default());
-    judge(&rights, policy).map_err(|e| ServerError::Permission(e.to_string()))?;
+    judge(&rights, task.policy).map_err(|e| ServerError::Permission(e.to_string()))?;
     if rights.is_degraded() {
         tracing::warn!("{rights}; this run is marked degraded. {REMEDY}");
     }
-    let servo = Servo::new(params, if rights.is_degraded() { Rights::Degraded } else { Rights::Full });
-    let mut room = LiveRoom::new(servo, params, ends, |state: &mut ServoState| writer.write(state), stats);
+    let servo = Servo::new(&task.params, if rights.is_degraded() { Rights::Degraded } else { Rights::Full });
+    let sink = |state: &mut ServoState| {
+        state.flags |= task.marks;
+        writer.write(state);
+    };
+    let mut room = LiveRoom::new(servo, &task.params, ends, sink, stats);
     let began = Instant::now();
     device.run(&mut room);
     let duration = began.elapsed();

@@ -30,7 +30,6 @@ pub(super) struct Plan {
 
 /// Refuses what cannot work and plans the rest; starts nothing.
 pub(super) fn plan(args: &RunArgs) -> Result<Plan, ServerError> {
-    args.device.require_drivable()?;
     let scene = match args.recording() {
         Some(path) => {
             std::fs::File::open(path).map_err(|e| ServerError::reading(path, &e))?;
@@ -45,7 +44,6 @@ pub(super) fn plan(args: &RunArgs) -> Result<Plan, ServerError> {
             Scene::new(&source.config, source.mesh.as_ref()).map_err(|e| scene_file::refused(&scene, &e))?;
         }
     }
-    let real_device = !matches!(args.device, DeviceChoice::Simulated | DeviceChoice::Replay(_) | DeviceChoice::Pointer);
     let servo = ServoSpec {
         run_dir: PathBuf::new(),
         guarded_by: std::process::id(),
@@ -58,7 +56,7 @@ pub(super) fn plan(args: &RunArgs) -> Result<Plan, ServerError> {
         length: if args.duration.is_some() { RunLength::Given } else { RunLength::OfTheHand },
         scene: scene.label(),
         servo: args.servo.as_deref().map_or_else(|| Ok(ServoConfig::default()), scene_file::servo_config)?,
-        no_rt: if real_device && !args.allow_no_rt { NoRtPolicy::Refuse } else { NoRtPolicy::Degrade },
+        no_rt: if args.device.is_hardware() && !args.allow_no_rt { NoRtPolicy::Refuse } else { NoRtPolicy::Degrade },
         record: args.record.clone(),
         origin: Metadata::new(),
     };

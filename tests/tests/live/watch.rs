@@ -4,7 +4,7 @@
 //! longer. A servo that has latched a fault will show nothing more, so that waiting ends with it.
 
 use protocol::ports::{PortNode, ServoStateReader, WoundReportSubscriber};
-use protocol::run::{Environment, RunRoot};
+use protocol::run::{Environment, RunDir, RunRoot};
 use protocol::servo_state::ServoState;
 use protocol::wound_report::WoundReport;
 use std::time::Duration;
@@ -26,17 +26,22 @@ pub(super) struct Watch {
 impl Watch {
     /// Attaches to the server of this sandbox.
     pub(super) fn attach(sandbox: &Sandbox) -> Self {
+        Self::attach_to_run(sandbox).0
+    }
+
+    /// The same, with the run, for others who attach to it.
+    pub(super) fn attach_to_run(sandbox: &Sandbox) -> (Self, RunDir) {
         let environment =
             Environment { xdg_runtime_dir: Some(sandbox.folder().to_path_buf()), ..Environment::of_process() };
         let root = RunRoot::open(&environment).expect("the server made its root");
         let run = root.attach().expect("a server runs");
         let node = PortNode::join(&run, "watching-test").expect("a reader may come and go");
         let reports = WoundReportSubscriber::open(&node).expect("a reader may come and go");
-        Self { reader: ServoStateReader::new(&node), reports }
+        (Self { reader: ServoStateReader::new(&node), reports }, run)
     }
 
     /// The first state seen that has what is wanted; `None` when `limit` passes, or the servo faults, before that.
-    pub(super) fn until(&mut self, limit: Duration, wanted: impl Fn(&ServoState) -> bool) -> Option<ServoState> {
+    pub(super) fn until(&mut self, limit: Duration, mut wanted: impl FnMut(&ServoState) -> bool) -> Option<ServoState> {
         let reader = &mut self.reader;
         let seen = wait_for(limit, || match reader.newest().ok().flatten() {
             Some(state) if wanted(&state) => Some(Some(state)),

@@ -2,11 +2,15 @@
 
 use crate::allocator;
 use crate::rig::{Grip, MS, Rig, Solver, params};
-use haptic_server::device::{SampleQuality, ServoRoom, TickTime};
+use haptic_server::cli::choice::{DeviceChoice, HandChoice, HandSide};
+use haptic_server::device::{DeviceCommand, HandView, SampleQuality, ServoRoom, TickTime};
+use haptic_server::hand::pointer::PointerWish;
+use haptic_server::rig::{self, RigChoice};
 use haptic_server::servo::clock::Wakefulness;
 use haptic_server::servo::state_machine::Mode;
 use haptic_server::servo::thread::LiveRoom;
 use haptic_server::servo::tick::{Rights, Servo, StopOrder};
+use haptic_server::servo_link::RunLength;
 use haptic_server::servo_setup::{Recording, new_stats, open};
 use protocol::servo_state::ServoState;
 use sim_core::vector::Vec3;
@@ -110,6 +114,41 @@ fn no_tick_of_the_live_room_allocates() {
     let held = outer.record.as_ref().map_or(0, |ring| ring.slots() as u64);
     let lost = links.lost_records.load(std::sync::atomic::Ordering::Relaxed);
     assert_eq!(held + lost, 10_000);
+}
+
+#[test]
+fn no_tick_of_a_pointer_device_allocates() {
+    let rig = rig::build(&RigChoice {
+        device: &DeviceChoice::Pointer,
+        hand: &HandChoice::Synthetic,
+        side: HandSide::Right,
+        length: RunLength::Given,
+        library: None,
+        device_file: None,
+    });
+    let mut rig = rig.expect("a pointer needs nothing");
+    let mut wishes = rig.wishes.take().expect("a pointer has a way for its wishes");
+    let device = rig.device.pulled().expect("it is asked");
+    let (mut allocations, mut buttons) = (0, 0);
+    for tick in 0..6_000_u32 {
+        // Two senders, places in and out of reach, some that are none, and two long silences.
+        let along = f64::from(tick % 700) * 1e-3;
+        let place = if tick.is_multiple_of(50) { f64::NAN } else { along - 0.3 };
+        let (buttons_wished, sender) = (u32::from(tick % 400 > 100), 1 + tick / 1_500);
+        let is_silent = (2_000..3_200).contains(&tick) || (5_000..5_500).contains(&tick);
+        let scheduled_ns = u64::from(tick) * MS;
+        let time = TickTime { scheduled_ns, now_ns: scheduled_ns, dt_s: 1e-3 };
+        let before = allocator::calls();
+        if !is_silent {
+            wishes.write(PointerWish { position_m: Vec3::new(place, along, 0.0), buttons: buttons_wished, sender });
+        }
+        let sample = device.sample(time, &HandView::unseen());
+        device.command(DeviceCommand { force_n: Vec3::new(along, 0.0, 0.1) });
+        allocations += allocator::calls() - before;
+        buttons += sample.buttons;
+    }
+    assert_eq!(allocations, 0);
+    assert!(buttons > 1_000, "the button was down for {buttons} ticks only");
 }
 
 #[test]
