@@ -31,7 +31,7 @@ const GONE: Duration = Duration::from_secs(3);
 /// How often a running server is looked at while waiting.
 const LOOK_AGAIN: Duration = Duration::from_millis(5);
 /// How much of the picture the wound takes in the surgeon's view.
-const WOUND_SHARE: f32 = 0.58;
+const WOUND_SHARE: f32 = 0.64;
 
 /// Options of `viewer-client --headless`.
 #[derive(Clone, Debug, clap::Args)]
@@ -60,6 +60,9 @@ pub struct HeadlessArgs {
     /// Where one looks from.
     #[arg(long, value_enum, default_value = "surgeon")]
     view: FixedView,
+    /// Nearer by this factor.
+    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = factor)]
+    zoom: f32,
     /// What is behind the tissue.
     #[arg(long, value_enum, default_value = "room")]
     background: Background,
@@ -103,6 +106,13 @@ fn size(text: &str) -> Result<[u32; 2], String> {
         Some(sides) if sides.iter().all(|side| SIDES.contains(side)) => Ok(sides),
         Some(_) => Err(format!("a side is outside {} to {} pixels", SIDES.start(), SIDES.end())),
         None => Err(format!("{text:?} is no size; write it as 1280x720")),
+    }
+}
+
+fn factor(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(number) if (0.01..=100.0).contains(&number) => Ok(number),
+        _ => Err(format!("{text:?} is no factor from 0.01 to 100")),
     }
 }
 
@@ -256,6 +266,7 @@ pub fn run(
     };
     let mut studio = Studio::open(args.size, args.view, look)?;
     first_frame(&mut source, &mut studio)?;
+    studio.camera.zoom(args.zoom);
     if let Some(path) = &args.png {
         let view = go_to(&mut source, args.at)?;
         let picture = studio.picture(view)?;

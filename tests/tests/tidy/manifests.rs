@@ -7,7 +7,7 @@ use crate::source::SourceFile;
 use crate::{assert_clean, assert_discerns};
 
 /// Each member and the members that it may depend on.
-const EDGES: [(&str, &[&str]); 8] = [
+const EDGES: [(&str, &[&str]); 9] = [
     ("protocol", &[]),
     ("sim-core", &[]),
     ("haptic-server", &["protocol", "sim-core"]),
@@ -18,6 +18,7 @@ const EDGES: [(&str, &[&str]); 8] = [
     ),
     ("tests/bare-core", &[]),
     ("tests/plain-kernels", &["sim-core"]),
+    ("tests/viewer", &["protocol", "viewer-client"]),
     ("tests/virtual-omni", &["protocol", "sim-core", "haptic-server"]),
 ];
 

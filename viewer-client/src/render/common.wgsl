@@ -122,11 +122,11 @@ fn lit(m: Material, position: vec3f, normal: vec3f) -> vec3f {
     let share = lit_share(position, n);
     let facing = dot(n, lamp);
     let diffuse = saturate((vec3f(facing) + m.scatter) / (vec3f(1.0) + m.scatter));
-    let sky = mix(vec3f(0.16, 0.14, 0.14), vec3f(0.36, 0.38, 0.42), 0.5 + 0.5 * n.z) * globals.scale.w * m.open;
+    let sky = mix(vec3f(0.13, 0.11, 0.11), vec3f(0.30, 0.32, 0.36), 0.5 + 0.5 * n.z) * globals.scale.w * m.open;
     let front = 0.22 * saturate(dot(n, to_eye)) * m.open;
     // What scatters lets the edge of a shadow glow.
     let through = mix(vec3f(share), vec3f(1.0), m.scatter * 0.25);
-    var colour = m.albedo * (diffuse * through * vec3f(1.52, 1.47, 1.38) * m.open + sky + front);
+    var colour = m.albedo * (diffuse * through * vec3f(1.34, 1.29, 1.20) * m.open + sky + front);
     let middle = normalize(lamp + to_eye);
     let shine = saturate(dot(n, middle));
     let rim = pow(1.0 - saturate(dot(n, to_eye)), 5.0);

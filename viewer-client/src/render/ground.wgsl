@@ -19,7 +19,7 @@ fn fragment(seen: Seen) -> @location(0) vec4f {
     let middle = 0.5 * (globals.low.xy + globals.high.xy);
     let size = length(globals.high.xyz - globals.low.xyz);
     let away = distance(seen.position.xy, middle) / size;
-    let fade = smoothstep(0.55, 2.1, away);
+    let fade = smoothstep(0.42, 1.7, away);
     var normal = vec3f(0.0, 0.0, 1.0);
     var albedo = globals.table.rgb;
     if FULL {

@@ -183,7 +183,7 @@ impl Shared {
         let gamma = if self.format.is_srgb() { 0.0 } else { 1.0 };
         let lamp = Vector3::from(LAMP).normalize();
         let (table, behind, sky) = match background {
-            Background::Room => ([0.055, 0.165, 0.150, 1.0], backdrop(background), 1.0),
+            Background::Room => ([0.022, 0.082, 0.078, 1.0], backdrop(background), 1.0),
             Background::Print => ([0.80, 0.80, 0.79, 0.0], backdrop(background), 1.25),
         };
         let with = |v: Vector3<f32>, w: f32| [v.x, v.y, v.z, w];
@@ -262,7 +262,7 @@ impl Shared {
 /// What is where nothing is drawn, as a screen takes it.
 pub(super) fn backdrop(background: Background) -> [f32; 3] {
     match background {
-        Background::Room => [0.055, 0.075, 0.085],
+        Background::Room => [0.045, 0.065, 0.075],
         Background::Print => [0.975, 0.975, 0.97],
     }
 }

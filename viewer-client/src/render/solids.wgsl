@@ -49,8 +49,9 @@ fn fragment(seen: Seen) -> @location(0) vec4f {
         // Steel mirrors a dark room with a bright ceiling.
         let to_eye = normalize(globals.eye.xyz - seen.position);
         let mirrored = reflect(-to_eye, select(-n, n, dot(n, to_eye) >= 0.0));
-        let ceiling = smoothstep(0.15, 0.75, mirrored.z) * 0.55 + 0.10 + 0.14 * smoothstep(-0.2, -0.7, mirrored.z);
-        colour += seen.colour.rgb * ceiling;
+        let bands = 0.5 + 0.5 * sin(mirrored.x * 5.0 + mirrored.y * 3.0);
+        let ceiling = smoothstep(0.05, 0.85, mirrored.z) * (0.25 + 0.75 * bands);
+        colour = colour * 0.5 + seen.colour.rgb * (0.07 + 1.1 * ceiling);
     }
     return shown(mix(colour, seen.colour.rgb * 1.15, seen.finish.y));
 }

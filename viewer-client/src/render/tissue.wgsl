@@ -36,7 +36,7 @@ fn flesh(rest: vec3f) -> Look {
     // Bundles along the wound.
     let fibre = noise2(vec2f(rest.x * 2600.0, rest.y * 340.0));
     let clot = noise3(rest * 420.0);
-    let red = mix(vec3f(0.26, 0.016, 0.014), vec3f(0.50, 0.060, 0.045), fibre * 0.7 + clot * 0.3);
+    let red = mix(vec3f(0.20, 0.008, 0.008), vec3f(0.46, 0.045, 0.036), fibre * 0.7 + clot * 0.3);
     return Look(Material(red, vec3f(0.35, 0.05, 0.04), 0.55, 90.0, 0.62), 1.2e-4 * fibre);
 }
 
@@ -58,25 +58,30 @@ fn skin(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
         return Look(Material(colour, vec3f(0.40, 0.12, 0.08), 0.12 + 0.4 * edge, 60.0, 1.0 - 0.30 * depth * edge), 0.0);
     }
     let p = rest.xy * 1000.0;
-    let cell = cells(p * 0.95 + 0.35 * vec2f(noise2(p * 0.5), noise2(p * 0.5 + 7.0)));
-    let tone = noise2(p * 0.16);
-    let line = 1.0 - smoothstep(0.0, 0.16, cell.y);
-    var colour = mix(vec3f(0.62, 0.335, 0.225), vec3f(0.73, 0.43, 0.305), tone);
-    var relief = -1.0e-4 * line;
+    let tone = noise2(p * 0.13);
+    let blotch = noise2(p * 0.42 + 31.0);
+    var colour = mix(vec3f(0.53, 0.265, 0.170), vec3f(0.66, 0.375, 0.265), tone);
+    colour = mix(colour, vec3f(0.62, 0.245, 0.185), 0.55 * smoothstep(0.35, 0.9, blotch));
+    var relief = 0.0;
     if FULL {
-        let blotch = noise2(p * 0.7 + 31.0);
-        let pores = cells(p * 0.55 + 3.0);
-        let pore = 1.0 - smoothstep(0.06, 0.15, pores.x);
-        colour = mix(colour, vec3f(0.70, 0.30, 0.22), 0.35 * smoothstep(0.45, 0.85, blotch));
-        colour *= 1.0 - 0.40 * pore;
-        relief += -1.4e-4 * pore + 3.0e-5 * noise2(p * 4.0);
+        // Fields between fine lines, grains in them, and pores.
+        let cell = cells(p * 1.55 + 0.5 * vec2f(noise2(p * 0.8), noise2(p * 0.8 + 7.0)));
+        let line = 1.0 - smoothstep(0.0, 0.20, cell.y);
+        let pores = cells(p * 0.62 + 3.0);
+        let pore = 1.0 - smoothstep(0.04, 0.11, pores.x);
+        let grain = noise2(p * 5.0);
+        colour *= 1.0 - 0.045 * line - 0.16 * pore + 0.06 * (grain - 0.5);
+        relief = -2.0e-5 * line - 3.0e-5 * pore + 1.6e-5 * grain + 5.0e-5 * noise2(p * 0.9);
+    } else {
+        let grain = noise2(p * 2.6);
+        colour *= 0.93 + 0.12 * grain;
+        relief = 3.0e-5 * grain;
     }
-    colour *= 1.0 - 0.16 * line;
     // Reddened beside the wound, bloody at its very edge.
-    let near = edge + 0.25 * (tone - 0.5) * edge;
-    colour = mix(colour, vec3f(0.62, 0.14, 0.10), 0.65 * smoothstep(0.10, 0.95, near));
-    colour = mix(colour, vec3f(0.36, 0.016, 0.012), smoothstep(0.80, 1.0, edge + 0.1 * (tone - 0.5)));
-    return Look(Material(colour, vec3f(0.34, 0.12, 0.07), 0.16, 22.0, 1.0), relief);
+    let near = edge + 0.25 * (blotch - 0.5) * edge;
+    colour = mix(colour, vec3f(0.56, 0.105, 0.080), 0.70 * smoothstep(0.05, 0.95, near));
+    colour = mix(colour, vec3f(0.30, 0.012, 0.010), smoothstep(0.74, 0.98, edge + 0.12 * (tone - 0.5)));
+    return Look(Material(colour, vec3f(0.34, 0.12, 0.07), 0.20, 26.0, 1.0), relief);
 }
 
 fn liver(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
@@ -90,13 +95,14 @@ fn liver(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
         colour = mix(colour, vec3f(0.26, 0.010, 0.010), 0.5 * coarse);
         return Look(Material(colour, vec3f(0.30, 0.05, 0.04), 0.5, 80.0, 1.0 - 0.35 * depth), 1.0e-4 * fine);
     }
-    var colour = mix(vec3f(0.235, 0.040, 0.028), vec3f(0.375, 0.078, 0.048), coarse);
-    var relief = 6.0e-5 * fine;
+    var colour = mix(vec3f(0.215, 0.034, 0.024), vec3f(0.345, 0.066, 0.042), coarse);
+    var relief = 2.0e-5 * fine;
     if FULL {
         // Lobules under the capsule.
-        let lobule = cells(rest.xy * 620.0 + rest.z * 180.0);
-        colour *= 0.90 + 0.22 * smoothstep(0.05, 0.35, lobule.y);
-        relief += 5.0e-5 * smoothstep(0.0, 0.3, lobule.y);
+        let lobule = cells(rest.xy * 1150.0 + rest.z * 300.0);
+        let mottle = noise3(rest * 310.0);
+        colour *= 0.86 + 0.09 * smoothstep(0.0, 0.4, lobule.y) + 0.16 * mottle;
+        relief += 0.9e-5 * smoothstep(0.0, 0.3, lobule.y) + 9.0e-5 * mottle;
     } else {
         colour *= 0.90 + 0.25 * fine;
     }
@@ -108,10 +114,10 @@ fn liver(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
     let band = top * (1.0 - smoothstep(0.012, 0.026, abs(across)));
     let coat = top * (1.0 - smoothstep(0.010, 0.11, abs(across))) * (0.4 + 0.6 * noise2(rest.xy * vec2f(260.0, 90.0)));
     let strand = noise2(rest.xy * vec2f(2400.0, 170.0));
-    let pale = mix(vec3f(0.62, 0.47, 0.36), vec3f(0.86, 0.77, 0.64), strand);
+    let pale = mix(vec3f(0.52, 0.37, 0.28), vec3f(0.76, 0.66, 0.54), strand);
     colour = mix(colour, vec3f(0.55, 0.30, 0.22), 0.45 * coat);
-    colour = mix(colour, pale, band);
-    relief += band * (7.0e-4 + 1.6e-4 * strand);
+    colour = mix(colour, pale, 0.92 * band);
+    relief += band * (6.0e-4 + 0.7e-4 * strand);
     colour = mix(colour, vec3f(0.34, 0.012, 0.010), 0.7 * smoothstep(0.45, 1.0, edge));
     return Look(Material(colour, vec3f(0.22, 0.05, 0.04), 0.62, 110.0, 1.0), relief);
 }
@@ -143,8 +149,8 @@ fn vessel(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
         let bend = vec2f(noise2(sheet * 0.3), noise2(sheet * 0.3 + 11.0)) * 2.2;
         let branch = abs(noise2(sheet * vec2f(0.55, 0.22) + bend) - 0.5);
         let vein = (1.0 - smoothstep(0.012, 0.045, branch)) * smoothstep(0.35, 0.65, blotch);
-        colour = mix(colour, vec3f(0.45, 0.045, 0.05), 0.75 * vein);
-        relief += 5.0e-5 * vein;
+        colour = mix(colour, vec3f(0.50, 0.075, 0.07), 0.55 * vein);
+        relief += 1.5e-5 * vein;
     }
     colour = mix(colour, vec3f(0.48, 0.05, 0.04), 0.7 * smoothstep(0.35, 1.0, edge));
     return Look(Material(colour, vec3f(0.34, 0.13, 0.10), 0.45, 75.0, 1.0), relief);
@@ -171,12 +177,14 @@ fn fragment(seen: Seen) -> @location(0) vec4f {
     // The relief as a change of the normal (Mikkelsen 2010, unparametrised bump mapping).
     let px = dpdx(seen.position.xyz);
     let py = dpdy(seen.position.xyz);
-    let rise = vec2f(dpdx(look.relief), dpdy(look.relief));
+    // Where a pixel is larger than the pattern, the relief is left out.
+    let foot = max(length(px), length(py));
+    let seen_relief = 1.0 - smoothstep(0.8e-4, 3.0e-4, foot);
+    let rise = vec2f(dpdx(look.relief), dpdy(look.relief)) * seen_relief;
     let r1 = cross(py, normal);
     let r2 = cross(normal, px);
     let det = dot(px, r1);
     let slope = sign(det) * (rise.x * r1 + rise.y * r2);
-    // Where a pixel is larger than the pattern, the relief is left out.
     let bent = abs(det) * normal - clamp(slope, vec3f(-0.8 * abs(det)), vec3f(0.8 * abs(det)));
     normal = normalize(select(normal, bent, abs(det) > 1.0e-16));
     var colour = lit(look.m, seen.position.xyz, normal);

@@ -14,9 +14,9 @@ use crate::feed::View;
 use nalgebra::{Matrix3, Vector3};
 
 /// A suture point's radius, as a share of the tissue's diagonal.
-const POINT_SHARE: f32 = 0.0088;
+const POINT_SHARE: f32 = 0.0078;
 /// The suture line's radius.
-const LINE_SHARE: f32 = 0.0030;
+const LINE_SHARE: f32 = 0.0024;
 /// Diagonal of a tissue for which the tool has its true size.
 const TOOL_SIZE_M: f32 = 0.075;
 
@@ -25,8 +25,12 @@ const TOOL_SIZE_M: f32 = 0.075;
 pub(super) struct Props {
     pub(super) bodies: Vec<(Shape, Body)>,
     pub(super) pieces: Vec<Piece>,
+    pairs: Vec<points::Pair>,
+    states: Vec<[points::PointState; 2]>,
     /// Points of a curve at work.
     curve: Vec<Vector3<f32>>,
+    /// Points of the free part of the line.
+    bends: Vec<Vector3<f32>>,
 }
 
 /// How a body reflects.
@@ -46,9 +50,11 @@ impl Props {
         self.bodies.clear();
         self.pieces.clear();
         let size_m = place.size_m();
-        points::lay(self, view, POINT_SHARE * size_m);
+        points::on_surface(view, &mut self.pairs);
+        let work = points::survey(view, &self.pairs, &mut self.states);
+        points::lay(self, POINT_SHARE * size_m);
         let needles = tool::lay(self, view, (size_m / TOOL_SIZE_M).clamp(0.55, 1.5), POINT_SHARE * size_m);
-        line::lay(self, view, needles, LINE_SHARE * size_m);
+        line::lay(self, view, work, needles, LINE_SHARE * size_m);
     }
 
     fn add(&mut self, shape: Shape, axes: &Matrix3<f32>, at_m: Vector3<f32>, finish: Finish) {

@@ -54,22 +54,41 @@ pub(super) fn rows_of_scene(report: &WoundReport) -> impl Iterator<Item = &proto
     rows.iter().filter(|row| row.scene_index == report.scene_index)
 }
 
-/// State of both points of every pair.
-pub(super) fn states(view: &View, pairs: &[[Option<Vector3<f32>>; 2]]) -> Vec<[PointState; 2]> {
-    let mut states = vec![[PointState::Free; 2]; pairs.len()];
-    let Some(report) = &view.report else { return states };
-    let path = report.line_m.get(..path_length(report)).unwrap_or(&[]);
-    let nearest = |at_m: Vector3<f32>, side: usize| {
-        let distance = |pair: &[Option<Vector3<f32>>; 2]| pair[side].map_or(f32::INFINITY, |p| (p - at_m).norm());
-        (0..pairs.len()).min_by(|&i, &j| distance(&pairs[i]).total_cmp(&distance(&pairs[j])))
-    };
+/// Both points of a pair on the surface, left first.
+pub(super) type Pair = [Option<Vector3<f32>>; 2];
+
+/// Where the points of every pair are on the surface. The wire's positions are those of patches, which reach inside.
+pub(super) fn on_surface(view: &View, pairs: &mut Vec<Pair>) {
+    pairs.clear();
+    if let Some(parts) = view.outline_of_frame() {
+        let place = |node: u32| view.frame.elements.get(node as usize).map(|n| Vector3::from(n.position_m));
+        pairs.extend(parts.pairs.as_chunks::<2>().0.iter().take(MOST_PAIRS).map(|pair| pair.map(place)));
+    }
+}
+
+/// The point of a pair that is nearest to a place: on which side of the wound, and where.
+pub(super) fn nearest(pair: &Pair, at_m: Vector3<f32>) -> Option<(usize, Vector3<f32>)> {
+    let sides = pair.iter().enumerate().filter_map(|(side, p)| Some((side, (*p)?)));
+    sides.min_by(|(_, a), (_, b)| (a - at_m).norm().total_cmp(&(b - at_m).norm()))
+}
+
+/// State of both points of every pair; returns the pair that the line in work goes through.
+pub(super) fn survey(view: &View, pairs: &[Pair], states: &mut Vec<[PointState; 2]>) -> Option<usize> {
+    states.clear();
+    states.resize(pairs.len(), [PointState::Free; 2]);
+    let report = view.report.as_ref()?;
     let in_work: &[usize] = match report.stage {
         1 | 2 => &[0],
         3 | 4 => &[0, 1],
         _ => &[],
     };
-    let last = path.len().checked_sub(in_work.len());
-    if let Some(pair) = last.and_then(|at| path.get(at)).and_then(|left| nearest(single(*left), 0)) {
+    let path = report.line_m.get(..path_length(report)).unwrap_or(&[]);
+    let left = path.len().checked_sub(in_work.len().max(1)).filter(|_| !in_work.is_empty()).map(|at| single(path[at]));
+    let distance = |pair: &Pair, to: Vector3<f32>| pair[0].map_or(f32::INFINITY, |p| (p - to).norm());
+    let work = left.and_then(|left| {
+        (0..pairs.len()).min_by(|&i, &j| distance(&pairs[i], left).total_cmp(&distance(&pairs[j], left)))
+    });
+    if let Some(pair) = work {
         in_work.iter().for_each(|side| states[pair][*side] = PointState::Taken);
     }
     for row in rows_of_scene(report) {
@@ -78,13 +97,12 @@ pub(super) fn states(view: &View, pairs: &[[Option<Vector3<f32>>; 2]]) -> Vec<[P
         }
     }
     for handle in handles(view) {
-        let at_m = single(handle.position_m);
-        if let Some(pair) = pairs.get(handle.pair as usize) {
-            let distance = |side: usize| pair[side].map_or(f32::INFINITY, |p| (p - at_m).norm());
-            states[handle.pair as usize][usize::from(distance(1) < distance(0))] = PointState::Taken;
+        let found = pairs.get(handle.pair as usize).and_then(|pair| nearest(pair, single(handle.position_m)));
+        if let Some((side, _)) = found {
+            states[handle.pair as usize][side] = PointState::Taken;
         }
     }
-    states
+    work
 }
 
 /// Handles that move a suture point.
@@ -93,13 +111,9 @@ pub(super) fn handles(view: &View) -> impl Iterator<Item = &HandleState> {
     servo.flat_map(|s| s.handles.iter().take(s.handle_count as usize)).filter(|h| h.mode != HANDLE_FREE)
 }
 
-pub(super) fn lay(props: &mut Props, view: &View, radius_m: f32) {
-    let Some(parts) = view.outline_of_frame() else { return };
-    let place = |node: u32| view.frame.elements.get(node as usize).map(|n| Vector3::from(n.position_m));
-    let pairs: Vec<[Option<Vector3<f32>>; 2]> =
-        parts.pairs.as_chunks::<2>().0.iter().take(MOST_PAIRS).map(|pair| pair.map(place)).collect();
-    for (pair, states) in pairs.iter().zip(states(view, &pairs)) {
-        for (at_m, state) in pair.iter().zip(states) {
+pub(super) fn lay(props: &mut Props, radius_m: f32) {
+    for i in 0..props.pairs.len() {
+        for (at_m, state) in props.pairs[i].into_iter().zip(props.states[i]) {
             if let Some(at_m) = at_m {
                 let raised = at_m + Vector3::z() * (0.3 * radius_m);
                 props.add(Shape::Ball, &(Matrix3::identity() * radius_m), raised, state.finish());

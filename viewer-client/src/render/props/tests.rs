@@ -1,4 +1,4 @@
-use super::points::{PointState, path_length, states};
+use super::points::{Pair, PointState, path_length, survey};
 use super::*;
 use protocol::servo_state::ServoState;
 use protocol::wire::Field;
@@ -8,7 +8,7 @@ const LEFT: [f32; 3] = [-0.004, 0.0, 0.0];
 const RIGHT: [f32; 3] = [0.004, 0.0, 0.0];
 
 /// Three pairs, 10 mm apart.
-fn pairs() -> Vec<[Option<Vector3<f32>>; 2]> {
+fn pairs() -> Vec<Pair> {
     let shifted = |p: [f32; 3], i: u16| Some(Vector3::from(p) + Vector3::y() * (0.01 * f32::from(i)));
     (0..3).map(|i| [shifted(LEFT, i), shifted(RIGHT, i)]).collect()
 }
@@ -23,19 +23,24 @@ fn view(stage: u32, tied: &[u32], line: &[[f32; 3]]) -> View {
     View { report: Some(Box::new(report)), ..View::default() }
 }
 
+fn states(view: &View) -> Vec<[PointState; 2]> {
+    let mut states = Vec::new();
+    survey(view, &pairs(), &mut states);
+    states
+}
+
 #[test]
 fn a_point_is_free_then_taken_then_tied() {
     use PointState::{Free, Taken, Tied};
     let beside = |y: f32| [LEFT[0], y + 0.0002, 0.0];
-    let of = |view: &View| states(view, &pairs());
-    assert_eq!(of(&View::default()), [[Free; 2]; 3]);
-    assert_eq!(of(&view(2, &[], &[beside(0.01), [0.0, 0.0, 0.1]])), [[Free; 2], [Taken, Free], [Free; 2]]);
+    assert_eq!(states(&View::default()), [[Free; 2]; 3]);
+    assert_eq!(states(&view(2, &[], &[beside(0.01), [0.0, 0.0, 0.1]])), [[Free; 2], [Taken, Free], [Free; 2]]);
     let line = [LEFT, RIGHT, beside(0.02), RIGHT, [0.0, 0.0, 0.1]];
-    assert_eq!(of(&view(3, &[0], &line)), [[Tied; 2], [Free; 2], [Taken; 2]]);
+    assert_eq!(states(&view(3, &[0], &line)), [[Tied; 2], [Free; 2], [Taken; 2]]);
     // Of another scene of the procedure.
     let mut other = view(0, &[0], &[]);
     other.report.iter_mut().for_each(|r| r.scene_index = 1);
-    assert_eq!(of(&other), [[Free; 2]; 3]);
+    assert_eq!(states(&other), [[Free; 2]; 3]);
 }
 
 #[test]
@@ -48,7 +53,7 @@ fn a_torn_stitch_and_a_dragged_point_show() {
     servo.handles[0].pair = 2;
     servo.handles[0].position_m = RIGHT.map(f64::from);
     view.servo = Some(servo);
-    let states = states(&view, &pairs());
+    let states = states(&view);
     assert_eq!(states[1], [PointState::Torn; 2]);
     assert_eq!(states[2], [PointState::Free, PointState::Taken]);
 }

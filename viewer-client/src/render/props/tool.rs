@@ -1,6 +1,6 @@
 //! Needle holder and needle at the device's pose, the proxy at the suture point in hand, the force on the hand.
 
-use super::points::handles;
+use super::points::{handles, nearest};
 use super::{Finish, Props, single};
 use crate::feed::View;
 use crate::render::meshes::swage_m;
@@ -33,7 +33,10 @@ pub(super) fn lay(props: &mut Props, view: &View, scale: f32, point_m: f32) -> O
         arrow(props, at_m, single(device.force_n), scale, point_m);
     }
     for handle in handles(view) {
-        props.add(Shape::Ball, &(Matrix3::identity() * (1.35 * point_m)), single(handle.position_m), PROXY);
+        let at_m = single(handle.position_m);
+        let on_surface = props.pairs.get(handle.pair as usize).and_then(|pair| nearest(pair, at_m));
+        let shown_m = on_surface.map_or(at_m, |(_, at_m)| at_m);
+        props.add(Shape::Ball, &(Matrix3::identity() * (1.35 * point_m)), shown_m, PROXY);
     }
     first
 }

@@ -12,7 +12,9 @@ const DEEPEST: u32 = 255 << 8;
 /// Points across the bed.
 const ACROSS: u32 = 6;
 /// How much deeper the middle of a bed is, as a share of a single layer's depth.
-const HOLLOW: f32 = 0.45;
+const HOLLOW: f32 = 0.33;
+/// How deep the border of a single layer's bed lies: the table is below the layer, and the bed above the table.
+const BED_SHARE: f32 = 0.62;
 
 /// Adds what is missing for the wound to have a depth.
 pub(super) fn close(topology: &mut Topology, plain: &Plain<'_>, curved: &Curved, kind: u32) {
@@ -22,7 +24,7 @@ pub(super) fn close(topology: &mut Topology, plain: &Plain<'_>, curved: &Curved,
         for line in boundary_loops(plain.surface.iter()) {
             skirt(topology, plain, curved, &line, depth_m);
             if line.iter().any(|node| plain.edge[*node as usize]) {
-                bed(topology, plain, curved, &line, [0.96 * depth_m, HOLLOW * depth_m]);
+                bed(topology, plain, curved, &line, [BED_SHARE * depth_m, HOLLOW * depth_m]);
             }
         }
     } else if kind != VESSEL {
