@@ -63,7 +63,6 @@ pub fn assert_stored(name: &str, adapter: &str, picture: &Picture) {
     let bytes = std::fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let stored = png::decode(&bytes).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let difference = Difference::of(picture, &stored);
-    println!("{name} on {adapter}: {difference:?}");
     if !difference.is_small() {
         let seen = std::env::temp_dir().join(format!("{name}-seen.png"));
         // The assertion below says what matters.

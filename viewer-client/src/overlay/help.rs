@@ -55,7 +55,7 @@ pub const KEYS: [(&str, &[(&str, &str)]); 5] = [
         "Recording",
         &[
             ("Space", "play or pause"),
-            (",  .  or ←  →", "one picture back, on"),
+            (",  .  or arrow keys", "one picture back, on"),
             ("–  +", "half, twice as fast"),
             ("Home", "to the start"),
             ("H, Esc, Q", "this list; close it; quit"),
