@@ -30,8 +30,7 @@ pub(super) fn check(machine: &Machine) -> Check {
     let remedy = if !nodes.is_empty() && usable == 0 && !has_software {
         format!("as root: usermod -aG render,video {}; then log in again", machine.user_name())
     } else {
-        "only for viewers that draw; the viewer of this build writes text: apt install libvulkan1 mesa-vulkan-drivers"
-            .to_owned()
+        "only viewers need it: apt install libvulkan1 mesa-vulkan-drivers".to_owned()
     };
     if is_complete { Check::ok("gpu", found) } else { Check::warn("gpu", found, remedy) }
 }

@@ -1,3 +1,5 @@
+//! What a view shows becomes solids, tubes and points, and nothing when it is missing.
+
 use super::points::{Pair, PointState, path_length, survey};
 use super::*;
 use protocol::servo_state::ServoState;

@@ -1,3 +1,5 @@
+//! Rims, wound edges and neighbours of small outlines, found by hand.
+
 use super::*;
 use protocol::wire::Field;
 
