@@ -85,6 +85,16 @@ impl Desk {
         self.held.as_deref().unwrap_or_else(|| self.source.view())
     }
 
+    /// Whether the picture is held still.
+    pub(crate) fn is_held(&self) -> bool {
+        self.held.is_some()
+    }
+
+    /// Whether a sentence is shown, or was until a moment ago.
+    pub(crate) fn speaks(&self) -> bool {
+        self.notice.as_ref().is_some_and(|(_, until_s)| self.now_s < *until_s + 1.0)
+    }
+
     /// Takes in what is new; `now_s` counts from the start of the viewer.
     pub(crate) fn look_around(&mut self, now_s: f64, size: Size, overlay: &mut Overlay) {
         self.now_s = now_s;

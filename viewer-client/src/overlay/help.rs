@@ -78,3 +78,19 @@ pub(super) fn show(ui: &mut Ui) {
         });
     });
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_of_the_viewer_lists_the_same_keys() {
+        let page = include_str!("../../../docs/viewer.md");
+        for (group, keys) in KEYS {
+            assert!(page.contains(&format!("| **{group}** | |")), "{group}");
+            for (key, what) in keys {
+                assert!(page.contains(&format!("| {key} | {what} |")), "{key}: {what}");
+            }
+        }
+    }
+}

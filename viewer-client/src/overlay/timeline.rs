@@ -12,11 +12,11 @@ pub(super) fn show(ui: &mut Ui, line: &TimeLine, wishes: &mut Vec<Wish>) {
                 wishes.push(Wish::Play(wish));
             }
         };
-        button("⏮", PlayWish::Back);
-        button(if line.playing { "⏸" } else { "▶" }, PlayWish::Toggle);
-        button("⏭", PlayWish::Forward);
-        button("−", PlayWish::Slower);
-        button("+", PlayWish::Faster);
+        button("back", PlayWish::Back);
+        button(if line.playing { "pause" } else { "play" }, PlayWish::Toggle);
+        button("on", PlayWish::Forward);
+        button("slower", PlayWish::Slower);
+        button("faster", PlayWish::Faster);
         ui.label(RichText::new(format!("{} ×", speed(line.speed))).size(style::SMALL));
         ui.label(RichText::new(format!("{} / {}", clock(line.at_s), clock(line.duration_s))).size(style::SMALL));
         ui.spacing_mut().slider_width = (ui.available_width() - 8.0).max(60.0);

@@ -11,6 +11,8 @@ const ASLEEP_S: f64 = 0.25;
 const NEWS_S: (f64, f64) = (0.5, 5.0);
 /// A picture's work may fill at most the inverse of this part of the time.
 const SHARE: f64 = 1.3;
+/// A rest is no longer than this, however long a picture took: the first one compiles shaders.
+const LONGEST_REST_S: f64 = 0.1;
 /// Pictures whose times are kept.
 const KEPT: usize = 128;
 
@@ -74,7 +76,8 @@ impl Pace {
             Seen::Visible => LIVELY_S,
         };
         let newest = self.count.checked_sub(1).map(|last| last % KEPT);
-        let rested_s = newest.map_or(0.0, |i| self.starts_s[i] + SHARE * self.work_s[i]);
+        let rest_s = |work_s: f64| ((SHARE - 1.0) * work_s).min(LONGEST_REST_S);
+        let rested_s = newest.map_or(0.0, |i| self.starts_s[i] + self.work_s[i] + rest_s(self.work_s[i]));
         (looked_s + period_s).max(rested_s)
     }
 
@@ -115,6 +118,9 @@ mod tests {
         pace.news(0.2);
         pace.drew(0.1, 0.2);
         assert!((pace.next_s(0.3, 0.1) - (0.1 + SHARE * 0.2)).abs() < 1e-12);
+        pace.news(5.0);
+        pace.drew(1.0, 4.0);
+        assert!((pace.next_s(5.0, 1.0) - (5.0 + LONGEST_REST_S)).abs() < 1e-12);
     }
 
     #[test]

@@ -30,6 +30,10 @@ use winit::window::Window;
 const ZOOM: f32 = 1.12;
 /// From layout to layout of the panels while nobody touches anything.
 const LAYOUT_S: f64 = 1.0 / 30.0;
+/// What is told of time in the panels may be this old.
+const STALE_S: f64 = 0.25;
+/// egui measures a panel in one pass and places it in the next.
+const PASSES: usize = 3;
 /// A server that has been gone for this long ends the viewer, unless somebody is at it.
 const LAST_LOOK_S: f64 = 10.0;
 
@@ -76,7 +80,7 @@ impl Stage {
         let panels = egui_winit::State::new(context.clone(), ViewportId::ROOT, &window, scale, None, largest);
         let size = window.inner_size();
         desk.tell.say("started", json!({ "adapter": gpu.describe(), "size": [size.width, size.height] }));
-        Ok(Self {
+        let mut stage = Self {
             window,
             screen,
             gpu,
@@ -94,7 +98,14 @@ impl Stage {
             is_touched: true,
             seen: (0, 0),
             gone_s: None,
-        })
+        };
+        // The first picture shows something.
+        stage.look_around(0.0);
+        for _ in 0..PASSES {
+            stage.lay_out(0.0);
+        }
+        stage.is_touched = true;
+        Ok(stage)
     }
 
     /// Looks at what is new when it is time to; says when to be woken next.
@@ -158,12 +169,14 @@ impl Stage {
         let view = self.desk.source.view();
         let seen = (view.frames, view.servo.as_ref().map_or(0, |servo| servo.header.sequence));
         let link = self.desk.source.link();
-        if seen != self.seen || self.is_touched {
-            self.seen = seen;
+        let is_new = seen != self.seen && !self.desk.is_held();
+        self.seen = seen;
+        if is_new {
             self.pace.news(now_s);
-            self.window.request_redraw();
-        } else if now_s - self.laid_out_s > 0.25 && self.pace.seen() == Seen::Visible {
-            // Ages and sentences go on.
+        }
+        // Ages and sentences go on where nothing else does.
+        let is_stale = now_s - self.laid_out_s > STALE_S && (link != Link::Recorded || self.desk.speaks());
+        if self.pace.seen() == Seen::Visible && (is_new || self.is_touched || is_stale) {
             self.window.request_redraw();
         }
         match (link, self.gone_s) {
