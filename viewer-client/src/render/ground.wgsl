@@ -33,7 +33,9 @@ fn fragment(seen: Seen) -> @location(0) vec4f {
     }
     // A body over the table takes light from below it.
     let inside = max(abs(seen.position.xy - middle) - 0.5 * (globals.high.xy - globals.low.xy), vec2f(0.0));
-    let near = 1.0 - smoothstep(0.0, 0.16, length(inside) / size);
-    let m = Material(albedo, vec3f(0.05), 0.0, 8.0, 1.0 - 0.35 * near);
-    return shown(mix(lit(m, seen.position, normal), globals.background.rgb, fade));
+    let open = 0.65 + 0.35 * smoothstep(0.0, 0.16, length(inside) / size);
+    // Dull: no reflection.
+    let share = lit_share(seen.position, vec3f(0.0, 0.0, 1.0));
+    let light = saturate(dot(normal, globals.lamp.xyz)) * share * 1.28 + (0.34 * globals.scale.w + 0.14) * open;
+    return shown(mix(albedo * light, globals.background.rgb, fade));
 }

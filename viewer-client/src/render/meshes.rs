@@ -75,7 +75,7 @@ impl Mesh {
 
 /// A ball of radius 1.
 pub(super) fn ball() -> Mesh {
-    const ROWS: u32 = 9;
+    const ROWS: u32 = 7;
     let at = |row: u32, k: u32| {
         let (sin, cos) = (PI * row as f32 / ROWS as f32).sin_cos();
         let turn = TAU * k as f32 / (2 * ROWS) as f32;

@@ -38,6 +38,7 @@ pub(super) struct Shape {
     sizes: [u32; 3],
     node_count: usize,
     index_count: u32,
+    outer_count: u32,
     colour: ColourBy,
     rest_due: bool,
     due: bool,
@@ -98,6 +99,7 @@ impl Shape {
             sizes: [0; 3],
             node_count: 0,
             index_count: 0,
+            outer_count: 0,
             colour: ColourBy::Tissue,
             rest_due: false,
             due: false,
@@ -107,6 +109,11 @@ impl Shape {
     /// Triangles to draw, as indices.
     pub(super) fn index_count(&self) -> u32 {
         self.index_count
+    }
+
+    /// How many of them, in front, are the outer surface's.
+    pub(super) fn outer_count(&self) -> u32 {
+        self.outer_count.min(self.index_count)
     }
 
     /// Vertices and triangles.
@@ -165,6 +172,7 @@ impl Shape {
         }));
         self.sizes = [topology.plain.len() as u32, topology.curved, topology.made.len() as u32 - topology.curved];
         (self.node_count, self.index_count, self.rest_due) = (nodes.len(), topology.indices.len() as u32, true);
+        self.outer_count = topology.outer;
         self.count(gpu);
         Ok(topology)
     }

@@ -30,7 +30,7 @@ pub(super) struct Detail {
 
 impl Detail {
     pub(super) const FULL: Self = Self { samples: 4, shadow_side: 2048, full: true, triangles: 60_000 };
-    pub(super) const FAST: Self = Self { samples: 1, shadow_side: 512, full: false, triangles: 10_000 };
+    pub(super) const FAST: Self = Self { samples: 1, shadow_side: 1024, full: false, triangles: 10_000 };
 }
 
 /// Where the tissue is, for light and table.
@@ -136,10 +136,12 @@ impl Shared {
                 view_formats: &[],
             })
             .create_view(&wgpu::TextureViewDescriptor::default());
+        // A texel without a filter is what a processor can look up in time.
+        let filter = if detail.full { wgpu::FilterMode::Linear } else { wgpu::FilterMode::Nearest };
         let compare = device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("shadow"),
-            mag_filter: wgpu::FilterMode::Linear,
-            min_filter: wgpu::FilterMode::Linear,
+            mag_filter: filter,
+            min_filter: filter,
             compare: Some(wgpu::CompareFunction::LessEqual),
             ..Default::default()
         });
@@ -196,7 +198,7 @@ impl Shared {
             with(lamp, 0.86),
             with(scene.low_m, table_m),
             with(scene.high_m, 1.0 / self.detail.shadow_side as f32),
-            [bright(r), bright(g), bright(b), 2.4 * size],
+            [bright(r), bright(g), bright(b), 1.72 * size],
             table,
             [scale_end, 0.0, 0.0, sky],
         ];

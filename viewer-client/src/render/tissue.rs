@@ -6,6 +6,7 @@ use crate::colour::ColourBy;
 use crate::feed::View;
 use crate::gpu::Gpu;
 use nalgebra::Vector3;
+use std::ops::Range;
 
 const SOURCE: &str = include_str!("tissue.wgsl");
 /// `LOOK` of the shader for a value's colours.
@@ -22,7 +23,9 @@ struct Loaded {
 /// The tissue.
 pub(super) struct Tissue {
     shape: Shape,
-    pipelines: Option<(u32, Pipelines)>,
+    /// For the look: the outer surface, and everything else. A processor runs both sides of a branch, so what is rare has
+    /// a program of its own.
+    pipelines: Option<(u32, [Pipelines; 2])>,
     loaded: Option<Loaded>,
     frames: u64,
     kind: u32,
@@ -85,7 +88,7 @@ impl Tissue {
         self.shape.colour_by(gpu, colour);
         let look = if colour == ColourBy::Tissue { self.kind } else { SCALE };
         if self.pipelines.as_ref().is_none_or(|(made_for, _)| *made_for != look) {
-            self.pipelines = Some((look, pipelines(gpu, shared, look)));
+            self.pipelines = Some((look, [0, 1].map(|part| pipelines(gpu, shared, look, part))));
         }
     }
 
@@ -113,31 +116,32 @@ impl Tissue {
     }
 
     pub(super) fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
-        if let Some((_, pipelines)) = &self.pipelines {
-            self.draw_with(pass, &pipelines.drawn);
+        let (outer, all) = (self.shape.outer_count(), self.shape.index_count());
+        if let Some((_, [on_outer, on_rest])) = &self.pipelines {
+            self.draw_with(pass, &on_outer.drawn, 0..outer);
+            self.draw_with(pass, &on_rest.drawn, outer..all);
         }
     }
 
     pub(super) fn cast(&self, pass: &mut wgpu::RenderPass<'_>) {
-        if let Some(pipeline) = self.pipelines.as_ref().and_then(|(_, p)| p.shadow.as_ref()) {
-            self.draw_with(pass, pipeline);
+        if let Some(pipeline) = self.pipelines.as_ref().and_then(|(_, [p, _])| p.shadow.as_ref()) {
+            self.draw_with(pass, pipeline, 0..self.shape.index_count());
         }
     }
 
-    fn draw_with(&self, pass: &mut wgpu::RenderPass<'_>, pipeline: &wgpu::RenderPipeline) {
-        let count = self.shape.index_count();
-        if count == 0 {
+    fn draw_with(&self, pass: &mut wgpu::RenderPass<'_>, pipeline: &wgpu::RenderPipeline, range: Range<u32>) {
+        if range.is_empty() {
             return;
         }
         let (vertices, indices) = self.shape.buffers();
         pass.set_pipeline(pipeline);
         pass.set_vertex_buffer(0, vertices.slice(..));
         pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
-        pass.draw_indexed(0..count, 0, 0..1);
+        pass.draw_indexed(range, 0, 0..1);
     }
 }
 
-fn pipelines(gpu: &Gpu, shared: &Shared, look: u32) -> Pipelines {
+fn pipelines(gpu: &Gpu, shared: &Shared, look: u32, part: u32) -> Pipelines {
     let attributes = wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x4, 2 => Float32x4, 3 => Float32x4];
     shared.pipelines(
         gpu,
@@ -150,8 +154,8 @@ fn pipelines(gpu: &Gpu, shared: &Shared, look: u32) -> Pipelines {
                 attributes: &attributes,
             })],
             topology: wgpu::PrimitiveTopology::TriangleList,
-            constants: &[("LOOK", f64::from(look))],
-            casts: true,
+            constants: &[("LOOK", f64::from(look)), ("OUTER", f64::from(1 - part))],
+            casts: part == 0,
         },
     )
 }

@@ -2,6 +2,8 @@
 // rest, so that they move with the tissue. Materials: 0 outer surface, 1 cut or rim, 2 inner surface, 3 wound bed.
 
 override LOOK: u32 = 0u; // 0 skin, 1 liver, 2 vessel, 3 scale
+// Only the outer surface is drawn with this program, or everything but it.
+override OUTER: bool = true;
 
 struct Seen {
     @builtin(position) clip: vec4f,
@@ -41,10 +43,10 @@ fn flesh(rest: vec3f) -> Look {
 }
 
 fn skin(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
-    if material > 2.5 {
-        return flesh(rest);
-    }
-    if material > 0.5 {
+    if !OUTER {
+        if material > 2.5 {
+            return flesh(rest);
+        }
         // The cut: horny layer, dermis, fat.
         let lobule = cells(rest.xy * 900.0 + rest.z * 700.0);
         let grain = noise3(rest * 1500.0);
@@ -58,8 +60,11 @@ fn skin(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
         return Look(Material(colour, vec3f(0.40, 0.12, 0.08), 0.12 + 0.4 * edge, 60.0, 1.0 - 0.30 * depth * edge), 0.0);
     }
     let p = rest.xy * 1000.0;
-    let tone = noise2(p * 0.13);
     let blotch = noise2(p * 0.42 + 31.0);
+    var tone = blotch;
+    if FULL {
+        tone = noise2(p * 0.13);
+    }
     var colour = mix(vec3f(0.53, 0.265, 0.170), vec3f(0.66, 0.375, 0.265), tone);
     colour = mix(colour, vec3f(0.62, 0.245, 0.185), 0.55 * smoothstep(0.35, 0.9, blotch));
     var relief = 0.0;
@@ -85,12 +90,12 @@ fn skin(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
 }
 
 fn liver(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
-    if material > 2.5 {
-        return flesh(rest);
-    }
     let coarse = noise3(rest * 95.0);
     let fine = noise3(rest * 900.0);
-    if material > 0.5 {
+    if !OUTER {
+        if material > 2.5 {
+            return flesh(rest);
+        }
         var colour = mix(vec3f(0.30, 0.030, 0.022), vec3f(0.50, 0.085, 0.055), fine);
         colour = mix(colour, vec3f(0.26, 0.010, 0.010), 0.5 * coarse);
         return Look(Material(colour, vec3f(0.30, 0.05, 0.04), 0.5, 80.0, 1.0 - 0.35 * depth), 1.0e-4 * fine);
@@ -125,14 +130,14 @@ fn liver(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
 fn vessel(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
     let turn = atan2(rest.x - 0.5 * (globals.low.x + globals.high.x), rest.z - 0.5 * (globals.low.z + globals.high.z));
     let sheet = vec2f(turn * 6.0, rest.y * 1000.0);
-    if material > 1.5 {
+    if !OUTER && material > 1.5 {
         // Lining, seen through the slit.
         let fold = noise2(vec2f(sheet.x * 1.6, sheet.y * 0.25));
         let colour = mix(vec3f(0.52, 0.13, 0.10), vec3f(0.66, 0.25, 0.19), fold);
         return Look(Material(colour, vec3f(0.35, 0.08, 0.06), 0.5, 70.0, 0.55), 1.0e-4 * fold);
     }
     let fibre = noise2(vec2f(sheet.x * 3.0, sheet.y * 0.5));
-    if material > 0.5 {
+    if !OUTER {
         // Three coats: pale outer coat, red muscle, white lining; a thin dark membrane between them.
         let wave = depth + 0.03 * (fibre - 0.5);
         var colour = mix(vec3f(0.86, 0.66, 0.56), vec3f(0.66, 0.13, 0.10), smoothstep(0.30, 0.35, wave));
@@ -170,23 +175,25 @@ fn fragment(seen: Seen) -> @location(0) vec4f {
     } else if LOOK == 2u {
         look = vessel(material, depth, rest, edge);
     } else {
-        let dim = select(1.0, 0.55, material > 0.5);
+        let dim = select(0.55, 1.0, OUTER);
         look = Look(Material(scaled(seen.rest.w) * dim, vec3f(0.25), 0.10, 24.0, 1.0), 0.0);
     }
     var normal = normalize(seen.normal.xyz);
-    // The relief as a change of the normal (Mikkelsen 2010, unparametrised bump mapping).
-    let px = dpdx(seen.position.xyz);
-    let py = dpdy(seen.position.xyz);
-    // Where a pixel is larger than the pattern, the relief is left out.
-    let foot = max(length(px), length(py));
-    let seen_relief = 1.0 - smoothstep(0.8e-4, 3.0e-4, foot);
-    let rise = vec2f(dpdx(look.relief), dpdy(look.relief)) * seen_relief;
-    let r1 = cross(py, normal);
-    let r2 = cross(normal, px);
-    let det = dot(px, r1);
-    let slope = sign(det) * (rise.x * r1 + rise.y * r2);
-    let bent = abs(det) * normal - clamp(slope, vec3f(-0.8 * abs(det)), vec3f(0.8 * abs(det)));
-    normal = normalize(select(normal, bent, abs(det) > 1.0e-16));
+    if FULL {
+        // The relief as a change of the normal (Mikkelsen 2010, unparametrised bump mapping).
+        let px = dpdx(seen.position.xyz);
+        let py = dpdy(seen.position.xyz);
+        // Where a pixel is larger than the pattern, the relief is left out.
+        let foot = max(length(px), length(py));
+        let seen_relief = 1.0 - smoothstep(0.8e-4, 3.0e-4, foot);
+        let rise = vec2f(dpdx(look.relief), dpdy(look.relief)) * seen_relief;
+        let r1 = cross(py, normal);
+        let r2 = cross(normal, px);
+        let det = dot(px, r1);
+        let slope = sign(det) * (rise.x * r1 + rise.y * r2);
+        let bent = abs(det) * normal - clamp(slope, vec3f(-0.8 * abs(det)), vec3f(0.8 * abs(det)));
+        normal = normalize(select(normal, bent, abs(det) > 1.0e-16));
+    }
     var colour = lit(look.m, seen.position.xyz, normal);
     // What a hand holds.
     colour = mix(colour, vec3f(1.0, 0.86, 0.35), 0.16 * saturate(seen.marks.y));

@@ -38,8 +38,10 @@ pub(super) struct Topology {
     pub(super) made: Vec<[u32; 8]>,
     /// How many of them lie on faces.
     pub(super) curved: u32,
-    /// Three vertices a triangle.
+    /// Three vertices a triangle; the outer surface first.
     pub(super) indices: Vec<u32>,
+    /// How many of them are the outer surface's.
+    pub(super) outer: u32,
     /// Corners of the box around the nodes.
     pub(super) low_m: [f32; 3],
     /// The other corner.
@@ -81,7 +83,11 @@ impl Topology {
         let parts_per_edge =
             ((wanted as f64 / parts.triangles.len().max(3) as f64 * 3.0).sqrt() as u32).clamp(1, MOST_PARTS);
         let mut curved = Curved::new(parts_per_edge);
-        plain.surface.iter().for_each(|face| curved.divide(&mut topology, face.map(|n| plain.on_surface[n as usize])));
+        let outer = |face: &&[u32; 3]| plain.layers[face[0] as usize] == 0;
+        let vertices = |face: &[u32; 3]| face.map(|n| plain.on_surface[n as usize]);
+        plain.surface.iter().filter(outer).for_each(|face| curved.divide(&mut topology, vertices(face)));
+        topology.outer = topology.indices.len() as u32;
+        plain.surface.iter().filter(|f| !outer(f)).for_each(|face| curved.divide(&mut topology, vertices(face)));
         plain.walls.iter().for_each(|face| curved.divide_wall(&mut topology, &plain, *face));
         topology.curved = topology.made.len() as u32;
         wound::close(&mut topology, &plain, &curved, kind);
