@@ -22,7 +22,8 @@ pub(super) struct Alarm {
 /// What is wrong, if anything is; the server's absence outweighs what it said before.
 pub(super) fn alarm(view: &View, situation: &Situation<'_>) -> Option<Alarm> {
     if situation.link == Link::Gone {
-        let sentence = "It has ended or does not answer; this is the last picture. Q closes the viewer.".to_owned();
+        let sentence = "It has ended or does not answer. This is the last picture; the viewer closes soon unless somebody is at it."
+            .to_owned();
         return Some(Alarm { headline: "The server is gone", sentence, offers_rearm: false });
     }
     let servo = view.servo.as_ref().filter(|servo| servo.mode == FAULT)?;

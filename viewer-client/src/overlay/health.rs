@@ -2,6 +2,7 @@
 //! step time, integrator.
 
 use super::history::History;
+use super::situation::Link;
 use super::style;
 use crate::feed::View;
 use egui::{Color32, Ui};
@@ -18,10 +19,13 @@ const FAULT: u32 = 5;
 /// Wake-ups that spread over more than this are worth a look, microseconds.
 const WATCH_US: f64 = 200.0;
 
-pub(super) fn show(ui: &mut Ui, view: &View, history: &History) {
+pub(super) fn show(ui: &mut Ui, view: &View, history: &History, link: Link) {
     match &view.servo {
         Some(servo) => {
-            style::title(ui, "Servo", words::mode(servo.mode), mode_colour(servo.mode));
+            match link {
+                Link::Gone => style::title(ui, "Servo", "silent", style::BAD),
+                _ => style::title(ui, "Servo", words::mode(servo.mode), mode_colour(servo.mode)),
+            }
             for (name, value, colour) in servo_rows(servo, history) {
                 style::row(ui, name, &value, colour);
             }

@@ -34,6 +34,8 @@ use wish::Wish;
 
 /// Below this size a picture gets few panels, points.
 const ROOMY: Vec2 = vec2(900.0, 560.0);
+/// Below this size it gets the strip at the top only, points.
+const TIGHT: Vec2 = vec2(600.0, 400.0);
 /// Height of the strip at the top with its distance.
 const TOP: f32 = 44.0;
 
@@ -99,8 +101,11 @@ impl Overlay {
         let context = ui.ctx().clone();
         let picture = context.viewport_rect();
         marks::paint(ui.painter(), picture, view, situation);
+        let fits = |least: Vec2| picture.width() >= least.x && picture.height() >= least.y;
         let panels = match self.panels {
-            Panels::All if picture.width() < ROOMY.x || picture.height() < ROOMY.y => Panels::Few,
+            // Two pictures for two eyes have no common place for a panel.
+            _ if situation.projection.is_none() => Panels::None,
+            Panels::All if !fits(ROOMY) => Panels::Few,
             chosen => chosen,
         };
         if panels != Panels::None {
@@ -110,7 +115,9 @@ impl Overlay {
                     top::show(ui, view, situation);
                 });
             });
-            self.left_column(&context, view, situation, panels);
+            if fits(TIGHT) {
+                self.left_column(&context, view, situation, panels);
+            }
         }
         if panels == Panels::All {
             right_column(&context, view, situation, &mut wishes);
@@ -124,7 +131,7 @@ impl Overlay {
             boxed(ui, |ui| force::show(ui, view, situation, &self.history));
             boxed(ui, |ui| gap::show(ui, view, &self.history));
             if panels == Panels::All {
-                boxed(ui, |ui| health::show(ui, view, &self.history));
+                boxed(ui, |ui| health::show(ui, view, &self.history, situation.link));
             }
             if let Some(legend) = situation.legend {
                 boxed(ui, |ui| legend::show(ui, legend));
@@ -260,6 +267,8 @@ mod tests {
         };
         let small = text_of(vec2(640.0, 400.0), |_, _| {});
         assert!(small.contains("Force at the hand") && !small.contains("Table 1"), "{small}");
+        let tiny = text_of(vec2(480.0, 360.0), |_, _| {});
+        assert!(tiny.contains("pull the line") && !tiny.contains("Force at the hand"), "{tiny}");
         let alarm = text_of(vec2(640.0, 400.0), fault);
         assert!(alarm.contains("the haptic device is gone") && !alarm.contains("Gap"), "{alarm}");
     }

@@ -43,9 +43,7 @@ pub struct Opening {
 /// # Errors
 /// One sentence with its remedy: no display, no window, no adapter.
 pub fn show(opening: Opening) -> Result<(), String> {
-    let event_loop = EventLoop::new().map_err(|error| {
-        format!("there is no display ({error}); start the viewer inside a desktop session, or use --headless or --text")
-    })?;
+    let event_loop = EventLoop::new().map_err(|error| no_display(&error.to_string()))?;
     let mut app = App { opening: Some(opening), stage: None, failure: None };
     let ended = event_loop.run_app(&mut app);
     if let Some(stage) = &app.stage {
@@ -55,6 +53,12 @@ pub fn show(opening: Opening) -> Result<(), String> {
         Some(sentence) => Err(sentence),
         None => ended.map_err(|error| format!("the display has failed ({error}); start the viewer again")),
     }
+}
+
+/// The reason stands behind the place in winit's sources that found it.
+fn no_display(error: &str) -> String {
+    let reason = error.rsplit_once(": ").map_or(error, |(_, reason)| reason).trim_end_matches('.');
+    format!("there is no display ({reason}); start the viewer inside a desktop session, or use --headless or --text")
 }
 
 struct App {
@@ -109,5 +113,16 @@ impl ApplicationHandler for App {
             self.end(event_loop, None);
         }
         event_loop.set_control_flow(ControlFlow::WaitUntil(next));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_missing_display_is_told_without_places_in_sources() {
+        let told = no_display("os error at src/mod.rs:765: neither WAYLAND_DISPLAY nor DISPLAY is set.");
+        assert!(told.starts_with("there is no display (neither WAYLAND_DISPLAY nor DISPLAY is set); start"), "{told}");
     }
 }

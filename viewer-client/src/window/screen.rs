@@ -13,7 +13,10 @@ use winit::window::Window;
 #[derive(Debug, thiserror::Error)]
 pub(super) enum ScreenError {
     /// The window system gives no surface.
-    #[error("the window cannot be drawn on ({reason}); try the other backend with WGPU_BACKEND=gl or vulkan")]
+    #[error(
+        "no graphics adapter can draw on the window ({reason}); install a driver, or the software adapter with \
+         `apt install libvulkan1 mesa-vulkan-drivers`, or try WGPU_BACKEND=gl or vulkan"
+    )]
     NoSurface {
         /// wgpu's word for it.
         reason: String,
@@ -42,8 +45,6 @@ pub(super) enum Next {
     Target(wgpu::SurfaceTexture),
     /// Not now; ask again at the next picture.
     Later,
-    /// Nobody can see the window.
-    Hidden,
 }
 
 impl Screen {
@@ -86,8 +87,9 @@ impl Screen {
     pub(super) fn next(&mut self, gpu: &Gpu) -> Result<Next, ScreenError> {
         match self.surface.get_current_texture() {
             CurrentSurfaceTexture::Success(texture) => Ok(Next::Target(texture)),
-            CurrentSurfaceTexture::Timeout | CurrentSurfaceTexture::Validation => Ok(Next::Later),
-            CurrentSurfaceTexture::Occluded => Ok(Next::Hidden),
+            CurrentSurfaceTexture::Timeout | CurrentSurfaceTexture::Occluded | CurrentSurfaceTexture::Validation => {
+                Ok(Next::Later)
+            }
             CurrentSurfaceTexture::Suboptimal(texture) => {
                 // It must be let go before the surface is set up anew.
                 drop(texture);
@@ -108,7 +110,9 @@ impl Screen {
 }
 
 fn make(instance: &Instance, window: &Arc<Window>) -> Result<Surface<'static>, ScreenError> {
-    instance.create_surface(window.clone()).map_err(|e| ScreenError::NoSurface { reason: e.to_string() })
+    instance
+        .create_surface(window.clone())
+        .map_err(|e| ScreenError::NoSurface { reason: e.to_string().trim_end_matches(": {}").to_owned() })
 }
 
 /// Formats that a screenshot can read back.

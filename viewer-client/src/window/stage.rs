@@ -59,6 +59,9 @@ pub(super) struct Stage {
     pace: Pace,
     clock: Clock,
     looked_s: f64,
+    /// When the window was asked last whether it is minimised, and whether another one covers it.
+    asked_s: f64,
+    is_covered: bool,
     /// When the panels were laid out last, and whether something asks for it sooner.
     laid_out_s: f64,
     is_touched: bool,
@@ -94,6 +97,8 @@ impl Stage {
             pace: Pace::new(),
             clock: Clock::start(),
             looked_s: 0.0,
+            asked_s: 0.0,
+            is_covered: false,
             laid_out_s: 0.0,
             is_touched: true,
             seen: (0, 0),
@@ -129,11 +134,8 @@ impl Stage {
                 self.draw()?;
                 return Ok(Then::GoOn);
             }
-            WindowEvent::Resized(size) => {
-                self.pace.see(if size.width == 0 || size.height == 0 { Seen::Hidden } else { Seen::Visible });
-                self.screen.resize(&self.gpu, size.width, size.height);
-            }
-            WindowEvent::Occluded(hidden) => self.pace.see(if *hidden { Seen::Hidden } else { Seen::Visible }),
+            WindowEvent::Resized(size) => self.screen.resize(&self.gpu, size.width, size.height),
+            WindowEvent::Occluded(is_covered) => self.is_covered = *is_covered,
             _ => {}
         }
         let answer = self.panels.on_window_event(&self.window, event);
@@ -164,6 +166,11 @@ impl Stage {
     }
 
     fn look_around(&mut self, now_s: f64) {
+        if now_s - self.asked_s > STALE_S {
+            self.asked_s = now_s;
+            let is_hidden = self.is_covered || self.window.is_minimized() == Some(true);
+            self.pace.see(if is_hidden { Seen::Hidden } else { Seen::Visible });
+        }
         let size = self.size();
         self.desk.look_around(now_s, size, &mut self.overlay);
         let view = self.desk.source.view();
@@ -284,10 +291,6 @@ impl Stage {
         let target = match self.screen.next(&self.gpu)? {
             Next::Target(target) => target,
             Next::Later => return Ok(()),
-            Next::Hidden => {
-                self.pace.see(Seen::Hidden);
-                return Ok(());
-            }
         };
         // Waiting for a display is no work; a processor that draws works while one waits for it.
         let waited_s = if self.gpu.is_software() { 0.0 } else { self.clock.now_s() - before_s };
