@@ -5,7 +5,8 @@
 
 use rustix::process::{Pid, Signal, kill_process_group};
 use std::ffi::OsStr;
-use std::os::unix::fs::DirBuilderExt;
+use std::fs::Permissions;
+use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -59,6 +60,25 @@ impl Sandbox {
     #[must_use]
     pub fn folder(&self) -> &Path {
         &self.folder
+    }
+
+    /// A copy of server and solver in a folder of their own, with this shell script in the viewer's place, or with none.
+    ///
+    /// # Panics
+    /// When they cannot be built or copied.
+    #[must_use]
+    pub fn server_beside(&self, viewer: Option<&str>) -> PathBuf {
+        let folder = self.folder.join("bin");
+        std::fs::create_dir_all(&folder).expect("a sandbox is writable");
+        for name in ["haptic-server", "deformation-solver"] {
+            std::fs::copy(binary(name), folder.join(name)).expect("the program is built");
+        }
+        if let Some(script) = viewer {
+            let path = folder.join("viewer-client");
+            std::fs::write(&path, format!("#!/bin/sh\n{script}\n")).expect("a sandbox is writable");
+            std::fs::set_permissions(&path, Permissions::from_mode(0o700)).expect("our own file");
+        }
+        folder.join("haptic-server")
     }
 
     /// Starts one of our programs in this sandbox.

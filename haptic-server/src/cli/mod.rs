@@ -7,6 +7,7 @@
 pub mod choice;
 pub mod dispatch;
 pub(crate) mod files;
+mod frames;
 mod lockstep;
 pub mod side_choice;
 
@@ -253,9 +254,18 @@ pub struct LockstepArgs {
     /// Folder for ticks.csv, ledger.csv, radar.svg, force.svg, summary.json.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Folder for tissue frames.
+    /// Record to an MCAP file, as `run` does.
+    #[arg(long, value_name = "FILE.mcap")]
+    pub record: Option<PathBuf>,
+    /// Folder for pictures of the run, drawn by the viewer beside this program.
     #[arg(long, value_name = "DIR")]
     pub frames: Option<PathBuf>,
+    /// Pictures per simulated second.
+    #[arg(long, value_name = "N", default_value = "25", requires = "frames", value_parser = clap::value_parser!(u32).range(1..=240))]
+    pub fps: u32,
+    /// Size of the pictures; without it the viewer's own.
+    #[arg(long, value_name = "WxH", requires = "frames", value_parser = picture_size)]
+    pub size: Option<String>,
     /// Servo constants: a TOML file with the tables coupling, safety, ladder, sample, rhythm.
     #[arg(long, value_name = "FILE.toml")]
     pub servo: Option<PathBuf>,
@@ -322,6 +332,14 @@ fn millimetres(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(mm) if mm > 0.0 && mm <= 100.0 => Ok(mm),
         _ => Err("give millimetres, more than 0 and at most 100".to_owned()),
+    }
+}
+
+fn picture_size(text: &str) -> Result<String, String> {
+    let side = |text: &str| text.parse::<u32>().is_ok_and(|side| (1..=16_384).contains(&side));
+    match text.split_once('x') {
+        Some((width, height)) if side(width) && side(height) => Ok(text.to_owned()),
+        _ => Err("give width and height in pixels, as 1280x720".to_owned()),
     }
 }
 

@@ -4,6 +4,7 @@
 //! `summary.json`. The only figure that a clock on the wall enters is the real-time factor; it is printed, and is
 //! `null` in the file.
 
+mod film;
 mod room;
 mod trace;
 
@@ -15,12 +16,15 @@ use crate::servo::params::ServoParams;
 use crate::servo::state_machine::ServoFault;
 use crate::solver::session::SolverSession;
 use crate::summary::{Percentiles, RunSummary, integrator_name, servo_state_name};
+use film::Film;
+use protocol::servo_state::ServoState;
+use protocol::trace::Metadata;
 use protocol::wound_report::WoundReport;
-use room::{End, LockstepRoom};
+use room::{End, LockstepRoom, TickWatch};
 use std::fs;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use trace::Trace;
 
 /// What lockstep is asked to run.
@@ -43,6 +47,34 @@ pub struct LockstepJob<'a> {
     pub ends: RunEnd,
     /// Folder for the files.
     pub out: Option<PathBuf>,
+    /// A recording, if one is wanted.
+    pub kept: Option<Kept>,
+}
+
+/// A recording of a lockstep run.
+#[derive(Clone, Debug)]
+pub struct Kept {
+    /// The file.
+    pub path: PathBuf,
+    /// What it says about its origin.
+    pub origin: Metadata,
+    /// Time between two views of the tissue in it.
+    pub view_period: Duration,
+}
+
+/// Who looks at the ticks of a run.
+struct Watchers<'a, 'w> {
+    trace: &'a mut Trace<'w>,
+    film: Option<&'a mut Film>,
+}
+
+impl TickWatch for Watchers<'_, '_> {
+    fn watch(&mut self, time_s: f64, state: &ServoState, session: &SolverSession) {
+        self.trace.watch(time_s, state, session);
+        if let Some(film) = &mut self.film {
+            film.keep(state, session);
+        }
+    }
 }
 
 /// What ends a run.
@@ -59,7 +91,7 @@ pub enum RunEnd {
 /// # Errors
 /// A folder or file that cannot be written.
 pub fn run(job: LockstepJob<'_>) -> Result<RunSummary, ServerError> {
-    let LockstepJob { scene, hand, registration, session, device, params, longest_s, ends, out } = job;
+    let LockstepJob { scene, hand, registration, session, device, params, longest_s, ends, out, kept } = job;
     if let Some(folder) = &out {
         fs::create_dir_all(folder).map_err(|e| cannot_write(folder, &e))?;
     }
@@ -76,10 +108,13 @@ pub fn run(job: LockstepJob<'_>) -> Result<RunSummary, ServerError> {
     let reserve = ticks.min(600_000) as usize;
     let shown = out.clone().unwrap_or_default();
     let mut trace = Trace::new(reserve, writer, report).map_err(|e| cannot_write(&shown, &e))?;
+    let mut film = kept.as_ref().map(Film::create).transpose()?;
     let end = End { ticks, when_finished: ends == RunEnd::WhenFinished };
-    let mut room = LockstepRoom::new(&params, session, &mut trace, end);
+    let mut watchers = Watchers { trace: &mut trace, film: film.as_mut() };
+    let mut room = LockstepRoom::new(&params, session, &mut watchers, end);
     run_pulled(device, &mut room);
     let servo = room.into_servo();
+    let recording = film.map(Film::finish);
     trace.finish().map_err(|e| cannot_write(&shown, &e))?;
     let state = servo.state();
     let simulated_s = state.ticks as f64 * period_s;
@@ -105,6 +140,7 @@ pub fn run(job: LockstepJob<'_>) -> Result<RunSummary, ServerError> {
         stability_number: trace.report.stability_number,
         state: servo_state_name(state.mode).to_owned(),
         faults: trace.faults.iter().map(|code| fault_name(*code)).collect(),
+        recording,
         version: env!("CARGO_PKG_VERSION").to_owned(),
         ..RunSummary::default()
     };

@@ -10,7 +10,6 @@ use crate::solver::session::SolverSession;
 use protocol::servo_state::ServoState;
 use protocol::tissue_port::TissuePort;
 use protocol::wire::Message;
-use protocol::wound_report::WoundReport;
 use std::collections::VecDeque;
 
 /// A port computed at tick `n` reaches the servo at tick `n + PORT_DELAY_TICKS`: the live solver needs less than a
@@ -22,7 +21,7 @@ const START_NS: u64 = 1_000_000_000;
 /// Who looks at every tick.
 pub(super) trait TickWatch {
     /// Called after each tick with the time since the start.
-    fn watch(&mut self, time_s: f64, state: &ServoState, port: &TissuePort, report: &WoundReport);
+    fn watch(&mut self, time_s: f64, state: &ServoState, session: &SolverSession);
 }
 
 /// When a lockstep run ends.
@@ -147,7 +146,7 @@ impl ServoRoom for LockstepRoom<'_> {
             wakefulness: Wakefulness::Awake,
         });
         let since_start_s = self.tick as f64 * self.period_s;
-        self.watch.watch(since_start_s, self.servo.state(), self.session.port(), self.session.report());
+        self.watch.watch(since_start_s, self.servo.state(), self.session);
         self.tick += 1;
         output.command
     }

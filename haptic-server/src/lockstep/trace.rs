@@ -4,9 +4,9 @@
 use super::room::TickWatch;
 use crate::report::series::{Panel, series_svg};
 use crate::report::tables::{write_tick, write_tick_header};
+use crate::solver::session::SolverSession;
 use hdrhistogram::Histogram;
 use protocol::servo_state::ServoState;
-use protocol::tissue_port::TissuePort;
 use protocol::wound_report::WoundReport;
 use std::io::{self, Write};
 
@@ -83,7 +83,8 @@ impl<'a> Trace<'a> {
 }
 
 impl TickWatch for Trace<'_> {
-    fn watch(&mut self, time_s: f64, state: &ServoState, port: &TissuePort, report: &WoundReport) {
+    fn watch(&mut self, time_s: f64, state: &ServoState, session: &SolverSession) {
+        let port = session.port();
         if let (Some(out), None) = (&mut self.ticks_csv, &self.failed) {
             self.failed = write_tick(out, time_s, state).err();
         }
@@ -100,6 +101,6 @@ impl TickWatch for Trace<'_> {
         if state.fault != 0 && self.faults.last() != Some(&state.fault) {
             self.faults.push(state.fault);
         }
-        self.report = *report;
+        self.report = *session.report();
     }
 }

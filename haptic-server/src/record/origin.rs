@@ -35,13 +35,23 @@ pub fn group(configuration: &impl Serialize) -> Result<Group, serde_json::Error>
     Ok(group)
 }
 
-fn program() -> Group {
-    let mut group = Group::from([
+/// Metadata of what is the same whenever and wherever it is computed: the group `program`, without machine and hour.
+#[must_use]
+pub fn timeless_origin() -> Metadata {
+    Metadata::from([("program".to_owned(), build())])
+}
+
+fn build() -> Group {
+    Group::from([
         ("name".to_owned(), env!("CARGO_PKG_NAME").to_owned()),
         ("version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
         ("wire_version".to_owned(), WIRE_VERSION.to_string()),
         ("build".to_owned(), if cfg!(debug_assertions) { "debug" } else { "release" }.to_owned()),
-    ]);
+    ])
+}
+
+fn program() -> Group {
+    let mut group = build();
     // Log times are monotonic; these two tell wall-clock time.
     if let Ok(now) = SystemTime::now().duration_since(UNIX_EPOCH) {
         group.insert("start_unix_ns".to_owned(), now.as_nanos().to_string());

@@ -123,9 +123,10 @@ pub(super) fn solver(plan: &Plan, run: &RunDir, standing: Option<&Standing>) -> 
     Ok(solver)
 }
 
-/// Starts a viewer, if it is built.
-pub(super) fn viewer() -> Result<ChildProcess, ServerError> {
+/// Starts a viewer on the run, if it is built.
+pub(super) fn viewer(run: &RunDir) -> Result<ChildProcess, ServerError> {
     let mut command = Command::new(beside_this_program("viewer-client")?);
+    command.arg("--run-dir").arg(run.path());
     command.stdin(Stdio::null()).stdout(Stdio::null());
     ChildProcess::spawn("viewer-client", command)
 }

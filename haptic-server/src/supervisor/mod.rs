@@ -190,9 +190,12 @@ impl<'a> Supervisor<'a> {
             self.handle(Event::SolverEnded(end));
         }
         if let Some(viewer) = &mut self.viewer
-            && viewer.ended()?.is_some()
+            && let Some(end) = viewer.ended()?
         {
             self.viewer = None;
+            if end != ChildEnd::Exit(0) && self.guard.outcome().is_none() {
+                tracing::warn!("the viewer ended ({}); the run goes on without it", describe(end));
+            }
         }
         Ok(())
     }
@@ -233,7 +236,7 @@ impl<'a> Supervisor<'a> {
 
     fn start_viewer(&mut self) {
         if self.args.viewer {
-            match launch::viewer() {
+            match launch::viewer(self.run) {
                 Ok(viewer) => self.viewer = Some(viewer),
                 Err(error) => tracing::warn!("{error}; the run goes on without a viewer"),
             }

@@ -67,6 +67,7 @@ pub fn suture(scene: &str, control: ControlReading) -> Option<Sutured> {
         longest_s: LONGEST_S,
         ends: RunEnd::WhenFinished,
         out: None,
+        kept: None,
     })
     .ok()?;
     Some(Sutured { report: *session.report(), session })

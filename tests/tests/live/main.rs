@@ -5,6 +5,7 @@
 mod pointer;
 mod pull;
 mod resume;
+mod viewers;
 mod watch;
 
 use rustix::process::{Signal, kill_process};

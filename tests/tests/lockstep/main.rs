@@ -2,6 +2,8 @@
 //!
 //! Simulated seconds only; no test here depends on how fast the machine is.
 
+mod film;
+
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -148,6 +148,7 @@ fn sutured(config: &SceneConfig, seconds: f64) -> RunSummary {
         longest_s: seconds,
         ends: RunEnd::AfterTime,
         out: None,
+        kept: None,
     })
     .expect("nothing is written")
 }

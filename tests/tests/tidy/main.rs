@@ -4,6 +4,7 @@
 //! finding, and a small bad snippet has one (a check that cannot fail proves nothing). A finding
 //! says where, what, and how to mend it.
 
+mod graphics;
 mod house;
 mod layers;
 mod manifests;

@@ -148,6 +148,7 @@ fn files_of_a_bad_device() -> Outcome {
         longest_s: 1.0,
         ends: RunEnd::AfterTime,
         out: Some(folder.0.clone()),
+        kept: None,
     });
     let found = bad_words(&folder.0);
     let (files, bad) = found.as_ref().map_or((0, usize::MAX), |f| *f);
