@@ -1,7 +1,7 @@
 //! What a picture could be drawn with: a look at files, nothing is rendered.
 //!
 //! Vulkan needs its loader, a driver's manifest (`icd.d`), and for a graphics card a render node that this user may open; the
-//! software driver (lavapipe) needs no node. The viewer of this build writes text and needs none of it, so nothing here fails.
+//! software driver (lavapipe) needs no node. Server and solver need none of it, and `viewer-client --text` neither: nothing here fails.
 
 use super::check::Check;
 use crate::machine::Machine;

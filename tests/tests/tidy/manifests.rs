@@ -12,10 +12,7 @@ const EDGES: [(&str, &[&str]); 9] = [
     ("sim-core", &[]),
     ("haptic-server", &["protocol", "sim-core"]),
     ("viewer-client", &["protocol"]),
-    (
-        "tests",
-        &["protocol", "sim-core", "haptic-server", "viewer-client", "bare-core", "plain-kernels", "virtual-omni"],
-    ),
+    ("tests", &["protocol", "sim-core", "haptic-server", "bare-core", "plain-kernels", "virtual-omni"]),
     ("tests/bare-core", &[]),
     ("tests/plain-kernels", &["sim-core"]),
     ("tests/viewer", &["protocol", "viewer-client"]),
