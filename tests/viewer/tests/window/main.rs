@@ -10,7 +10,7 @@ use nalgebra::{Matrix4, Point3};
 use protocol::ports::{PortNode, TissuePortSubscriber};
 use protocol::run::{Environment, RunDir, RunRoot};
 use protocol::tissue_port::TissuePort;
-use screen::{LIMIT, Screen, Server, Viewer, program};
+use screen::{LIMIT, Screen, Server, Viewer, server};
 use serde_json::Value;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -165,12 +165,11 @@ fn attach(sandbox: &Path) -> RunDir {
 fn a_person_with_a_mouse_orbits_picks_sutures_restores_and_quits() {
     let Some(screen) = Screen::start() else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    let (server, viewer) = (program("haptic-server", "haptic-server"), program("viewer-client", "viewer-client"));
     let arguments = ["run", "--device", "pointer", "--scene", "skin", "--duration", "600"];
-    let server = Server::start(&server, folder.path(), &arguments);
+    let server = Server::start(&server(), folder.path(), &arguments);
     let mut eyes = Eyes::open(&attach(folder.path()));
     eyes.point(0);
-    let mut at_window = Viewer::start(&viewer, &screen, folder.path(), folder.path());
+    let mut at_window = Viewer::start(&screen, folder.path(), folder.path());
     if at_window.next("started").is_none() {
         let (code, said) = at_window.end();
         assert!(code == Some(69) && said.contains("graphics adapter"), "{code:?}: {said}");

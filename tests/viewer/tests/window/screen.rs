@@ -7,20 +7,23 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
-/// One of our programs, built when it is not up to date, in the profile of the running test. Each package by itself: the
-/// graphics crates keep the features that they have in this test.
-pub(crate) fn program(package: &str, name: &str) -> PathBuf {
+/// Packages that the contract tests build together; built together here, too, so that they are compiled once.
+const PACKAGES: [&str; 3] = ["haptic-server", "suture-tests", "virtual-omni"];
+
+/// The server, built when it is not up to date, in the profile of the running test.
+pub(crate) fn server() -> PathBuf {
     let this = std::env::current_exe().expect("a test knows its own path");
     // …/target/PROFILE/deps/NAME
     let folder = this.ancestors().nth(2).expect("a test lies two folders below its profile's").to_path_buf();
     let mut build = Command::new(env!("CARGO"));
-    build.args(["build", "--quiet", "--bins", "--package", package]).current_dir(env!("CARGO_MANIFEST_DIR"));
+    build.args(["build", "--quiet", "--bins"]).current_dir(env!("CARGO_MANIFEST_DIR"));
+    build.args(PACKAGES.iter().flat_map(|package| ["--package", package]));
     if folder.ends_with("release") {
         build.arg("--release");
     }
     build.arg("--target-dir").arg(folder.parent().expect("a profile lies in the target folder"));
-    assert!(build.status().expect("cargo runs").success(), "{package} does not build");
-    folder.join(name)
+    assert!(build.status().expect("cargo runs").success(), "the server does not build");
+    folder.join("haptic-server")
 }
 
 /// A running server that ends with the test.
@@ -112,8 +115,8 @@ pub(crate) struct Viewer {
 
 impl Viewer {
     /// Starts it on a display, in the run directory of a server.
-    pub(crate) fn start(program: &Path, screen: &Screen, runtime: &Path, out: &Path) -> Self {
-        let mut child = Command::new(program)
+    pub(crate) fn start(screen: &Screen, runtime: &Path, out: &Path) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_viewer-of-tests"))
             .args(["--tell", "--size", "640x480", "--quality", "fast", "--out"])
             .arg(out)
             .env("DISPLAY", screen.display())
