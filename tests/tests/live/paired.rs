@@ -3,11 +3,13 @@
 //! Every tick of the run is recorded. Tick `n` was due at `t₀ + (n + missed) T`; its lateness is the time at which its state was
 //! written less that, less the least of the run. In each block with viewers five are killed and five stopped. The figures are
 //! printed, nothing is asserted of them: a loaded machine is no fault of the code. Asked for by name, best in a release build:
-//! `cargo test --release -p suture-tests --test live -- --ignored --nocapture twenty_viewers`.
+//! `cargo test --release -p suture-tests --test live -- --ignored --nocapture twenty`.
 
+use crate::viewers::Viewer;
 use crate::watch::Watch;
 use crate::{LIMIT, alone, assert_no_fault, ended, run, solver_of, summary};
 use protocol::ports::monotonic_ns;
+use protocol::run::RunDir;
 use protocol::servo_state::ServoState;
 use protocol::trace::{TraceItem, TraceReader};
 use rustix::process::Signal;
@@ -55,18 +57,40 @@ fn recorded(file: &Path) -> Vec<Tick> {
     states.iter().map(|s| Tick { time_ns: s.0, missed: s.2, late_ns: offset(s) - least }).collect()
 }
 
-/// `text` viewers and, before them, `drawing` ones that make pictures without a screen.
-fn viewers(sandbox: &Sandbox, drawing: usize) -> Vec<Program> {
-    let program = viewer();
-    let pictures = |number: usize| sandbox.folder().join(format!("pictures-{number}-{}", monotonic_ns()));
-    let start = |number: usize| {
-        if number < drawing {
-            let folder = pictures(number);
-            let folder = folder.to_str().expect("a plain name");
-            sandbox.start(&program, &["--headless", "--frames", folder, "--size", "640x360", "--fps", "10"])
-        } else {
-            sandbox.start(&program, &["--text", "--interval", "0.02"])
+/// What the twenty are.
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    /// Readers of every topic at 60 Hz, as a viewer's feed is: this test program.
+    Readers,
+    /// The viewer itself; so many of them make pictures without a screen, the others lines of text.
+    Viewers { drawing: usize },
+}
+
+/// One of the twenty.
+enum Looker {
+    Reader(Viewer),
+    Viewer(Program),
+}
+
+impl Looker {
+    fn signal(&self, signal: Signal) {
+        match self {
+            Self::Reader(reader) => reader.signal(signal),
+            Self::Viewer(program) => program.signal(signal),
         }
+    }
+}
+
+fn lookers(sandbox: &Sandbox, run: &RunDir, kind: Kind) -> Vec<Looker> {
+    let start = |number: usize| match kind {
+        Kind::Readers => Looker::Reader(Viewer::start(run)),
+        Kind::Viewers { drawing } if number < drawing => {
+            let folder = sandbox.folder().join(format!("pictures-{number}-{}", monotonic_ns()));
+            let folder = folder.to_str().expect("a plain name");
+            let arguments = ["--headless", "--frames", folder, "--size", "640x360", "--fps", "10"];
+            Looker::Viewer(sandbox.start(&viewer(), &arguments))
+        }
+        Kind::Viewers { .. } => Looker::Viewer(sandbox.start(&viewer(), &["--text", "--interval", "0.02"])),
     };
     (0..VIEWERS).map(start).collect()
 }
@@ -79,22 +103,24 @@ fn row(name: &str, ticks: &[Tick]) {
     println!("{name:<22} {:>7} {:>7.1} {:>8.1} {:>9.1} {:>9.1}", late.len(), at(0.5), at(0.99), at(0.999), at(1.0));
 }
 
-fn measure(drawing: usize) {
+fn measure(kind: Kind) {
     let _alone = alone();
+    if let Kind::Viewers { .. } = kind {
+        // Built before the run is measured.
+        let _built = viewer();
+    }
     let sandbox = Sandbox::new();
     let file = sandbox.folder().join("run.mcap");
     let server = run(&sandbox, &["--duration", "600", "--record", file.to_str().expect("a plain name")]);
     solver_of(&server);
-    let mut watch = Watch::attach(&sandbox);
+    let (mut watch, run) = Watch::attach_to_run(&sandbox);
     assert!(watch.until(LIMIT, |s| s.mode == 4).is_some(), "no force: {}", server.stderr());
-    // Built before the run is measured.
-    let _built = viewer();
     let mut blocks = Vec::new();
     for number in 0..BLOCKS {
         let block = if number.is_multiple_of(2) { Block::Alone } else { Block::Watched };
         let from_ns = monotonic_ns();
         if block == Block::Watched {
-            let viewers = viewers(&sandbox, drawing);
+            let viewers = lookers(&sandbox, &run, kind);
             std::thread::sleep(UNDISTURBED);
             // The first of them draw, if any do: one is killed, one stopped.
             viewers.iter().step_by(4).for_each(|v| v.signal(Signal::KILL));
@@ -109,10 +135,7 @@ fn measure(drawing: usize) {
     let summary = summary(&ended(server));
     assert_no_fault(&summary);
     let ticks = recorded(&file);
-    println!(
-        "{VIEWERS} viewers, {drawing} of them drawing; degraded: {}; integrator {}",
-        summary["degraded"], summary["integrator"]
-    );
+    println!("{VIEWERS} {kind:?}; degraded: {}; integrator {}", summary["degraded"], summary["integrator"]);
     println!("{:<22} {:>7} {:>7} {:>8} {:>9} {:>9}   µs late", "block", "ticks", "p50", "p99", "p99.9", "max");
     for wanted in [Block::Alone, Block::Watched] {
         let name = if wanted == Block::Alone { "alone" } else { "watched" };
@@ -129,13 +152,19 @@ fn measure(drawing: usize) {
 }
 
 #[test]
+#[ignore = "a minute of measurement that prints figures"]
+fn twenty_readers_beside_the_servo() {
+    measure(Kind::Readers);
+}
+
+#[test]
 #[ignore = "a minute of measurement that prints figures and builds the viewer with its graphics crates"]
 fn twenty_viewers_of_text_beside_the_servo() {
-    measure(0);
+    measure(Kind::Viewers { drawing: 0 });
 }
 
 #[test]
 #[ignore = "a minute of measurement that prints figures and needs an adapter to draw with"]
 fn twenty_viewers_of_which_two_draw_beside_the_servo() {
-    measure(2);
+    measure(Kind::Viewers { drawing: 2 });
 }

@@ -68,3 +68,34 @@ fn a_restored_scene_has_a_generation_that_no_restart_repeats() {
     server.signal(Signal::TERM);
     summary(&ended(server));
 }
+
+#[test]
+fn everybody_who_commands_at_once_gets_an_own_answer_with_its_reason() {
+    let _alone = alone();
+    let sandbox = Sandbox::new();
+    // A pointer that nobody moves: nothing changes but by command.
+    let server = run(&sandbox, &["--device", "pointer", "--duration", "600"]);
+    solver_of(&server);
+    let mut watch = Watch::attach(&sandbox);
+    assert!(watch.until(LIMIT, |s| s.port_sequence > 0).is_some(), "no port: {}", server.stderr());
+    let before = watch.report(LIMIT, |_| true).expect("the solver reports").scene_generation;
+    let asked = [
+        ("tie", Some("no line is through both points")),
+        ("start", None),
+        ("next", Some("last scene")),
+        ("previous", Some("first scene")),
+        ("rearm", Some("no fault")),
+        ("control-off", None),
+        ("restore", None),
+    ];
+    let programs = asked.map(|(action, _)| sandbox.start(&binary("haptic-server"), &["session", action]));
+    for ((action, refused), program) in asked.iter().zip(programs) {
+        let ended = program.wait(LIMIT).expect("it ends");
+        assert_eq!(ended.code, Some(if refused.is_some() { 75 } else { 0 }), "{action}: {}", ended.stderr);
+        assert!(ended.stderr.contains(refused.unwrap_or_default()), "{action}: {}", ended.stderr);
+    }
+    let after = watch.report(LIMIT, |r| r.scene_generation == before + 2).expect("a start and a restore are two");
+    assert_eq!(after.control, 0, "control off");
+    server.signal(Signal::TERM);
+    summary(&ended(server));
+}

@@ -51,10 +51,10 @@ impl Reader {
 }
 
 /// A reader in a process of its own, killed with its guard.
-struct Viewer(Child);
+pub(crate) struct Viewer(Child);
 
 impl Viewer {
-    fn start(run: &RunDir) -> Self {
+    pub(crate) fn start(run: &RunDir) -> Self {
         let child = Command::new(std::env::current_exe().expect("a test knows its own path"))
             .args(["--exact", "viewers::child_looks_until_it_is_killed", "--nocapture"])
             .env(RUN_DIR, run.path())
@@ -64,7 +64,7 @@ impl Viewer {
         Self(child.expect("a test can be started many times"))
     }
 
-    fn signal(&self, signal: Signal) {
+    pub(crate) fn signal(&self, signal: Signal) {
         kill_process(Pid::from_child(&self.0), signal).expect("the viewer is there");
     }
 }
