@@ -212,6 +212,12 @@ impl Desk {
         }
     }
 
+    /// Lets go of every button of the stylus: the window does not hear any more when they come up.
+    pub(crate) fn let_go(&mut self) {
+        self.press_hand(Button::Front, Press::Up);
+        self.press_hand(Button::Back, Press::Up);
+    }
+
     /// Says where the camera is, for programs.
     pub(crate) fn tell_camera(&self, size: Size) {
         let matrix = self.camera.view_projection(size.aspect(self.look.stereo));

@@ -1,10 +1,12 @@
 //! Sample points: nodes that a person picked, with their force against their deformation (Zhang et al., Fig. 6).
 //!
 //! Deformation d = |x − x₀| with x₀ the position when the point was picked, or at the first frame after a restore.
-//! Force: the largest spring force at the node and the reaction of its attachments, as the frame carries them; metres, newtons.
+//! Force: the largest spring force at the node and the reaction of its attachments, as the frame carries them, and for a suture
+//! point in the hand the force of hand and line on it (`F_hand + F_link`, Eq. (3)), which is the external force of Fig. 6; metres, newtons.
 //! Curves never grow: a full one is thinned to every second point. Deliberately absent: smoothing.
 
 use crate::feed::View;
+use protocol::servo_state::HandleState;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{Error, ErrorKind, Write as _};
@@ -28,6 +30,8 @@ pub struct Measured {
     pub spring_force_n: f64,
     /// Reaction of the attachments, newtons.
     pub attachment_force_n: f64,
+    /// Force of hand and line on a suture point, newtons; 0 for every other node.
+    pub hand_force_n: f64,
 }
 
 /// One picked node.
@@ -35,6 +39,7 @@ pub struct Measured {
 pub struct Sample {
     node: u32,
     reference_m: [f32; 3],
+    is_suture_point: bool,
     curve: Vec<Measured>,
     /// Every this many-th frame is kept.
     stride: u32,
@@ -48,14 +53,28 @@ impl Sample {
         self.node
     }
 
+    /// The force that its curve shows: that of the hand at a suture point, else that of the springs, newtons.
+    #[must_use]
+    pub fn force_n(&self, measured: &Measured) -> f64 {
+        if self.is_suture_point { measured.hand_force_n } else { measured.spring_force_n }
+    }
+
+    /// Whether the hand can take it.
+    #[must_use]
+    pub fn is_suture_point(&self) -> bool {
+        self.is_suture_point
+    }
+
     /// What was measured, oldest first.
     #[must_use]
     pub fn curve(&self) -> &[Measured] {
         &self.curve
     }
 
-    fn begin(node: u32, at_m: [f32; 3]) -> Self {
-        Self { node, reference_m: at_m, curve: Vec::with_capacity(CAPACITY), stride: 1, passed: 0 }
+    fn begin(view: &View, node: u32, at_m: [f32; 3]) -> Self {
+        let is_suture_point = view.outline_of_frame().is_some_and(|parts| parts.pairs.contains(&node));
+        let curve = Vec::with_capacity(CAPACITY);
+        Self { node, reference_m: at_m, is_suture_point, curve, stride: 1, passed: 0 }
     }
 
     fn take(&mut self, measured: Measured) {
@@ -102,7 +121,7 @@ impl Samples {
         if self.all.len() == MAX_SAMPLES {
             self.all.remove(0);
         }
-        self.all.push(Sample::begin(node, place.position_m));
+        self.all.push(Sample::begin(view, node, place.position_m));
         true
     }
 
@@ -128,7 +147,7 @@ impl Samples {
         for sample in &mut self.all {
             let Some(node) = view.frame.elements.get(sample.node as usize) else { continue };
             if restored {
-                *sample = Sample::begin(sample.node, node.position_m);
+                *sample = Sample::begin(view, sample.node, node.position_m);
             }
             let squared: f64 = (0..3).map(|k| f64::from(node.position_m[k] - sample.reference_m[k]).powi(2)).sum();
             sample.take(Measured {
@@ -136,6 +155,7 @@ impl Samples {
                 deformation_m: squared.sqrt(),
                 spring_force_n: f64::from(node.spring_force_n),
                 attachment_force_n: f64::from(node.attachment_force_n),
+                hand_force_n: hand_force_n(view, sample.node, node.position_m),
             });
         }
     }
@@ -143,14 +163,14 @@ impl Samples {
     /// All curves as comma-separated values.
     #[must_use]
     pub fn csv(&self) -> String {
-        let mut text = String::from("node,time_s,deformation_m,spring_force_n,attachment_force_n\n");
+        let mut text = String::from("node,time_s,deformation_m,spring_force_n,attachment_force_n,hand_force_n\n");
         for sample in &self.all {
             for m in &sample.curve {
                 // Writing into a string cannot fail.
                 let _ = writeln!(
                     text,
-                    "{},{:.6},{:.9},{:.6},{:.6}",
-                    sample.node, m.time_s, m.deformation_m, m.spring_force_n, m.attachment_force_n
+                    "{},{:.6},{:.9},{:.6},{:.6},{:.6}",
+                    sample.node, m.time_s, m.deformation_m, m.spring_force_n, m.attachment_force_n, m.hand_force_n
                 );
             }
         }
@@ -171,6 +191,23 @@ impl Samples {
     }
 }
 
+/// Force of hand and line on a suture point: of the handle of its pair that is nearest to it.
+fn hand_force_n(view: &View, node: u32, at_m: [f32; 3]) -> f64 {
+    let (Some(servo), Some(parts)) = (&view.servo, view.outline_of_frame()) else { return 0.0 };
+    let Some(place) = parts.pairs.iter().position(|point| *point == node) else { return 0.0 };
+    let away = |handle: &HandleState| (0..3).map(|k| (handle.position_m[k] - f64::from(at_m[k])).powi(2)).sum::<f64>();
+    let partner = parts.pairs.get(place ^ 1).and_then(|other| view.frame.elements.get(*other as usize));
+    let nearer_to_partner = |handle: &HandleState| {
+        partner.is_some_and(|other| {
+            let far: f64 = (0..3).map(|k| (handle.position_m[k] - f64::from(other.position_m[k])).powi(2)).sum();
+            far < away(handle)
+        })
+    };
+    let of_pair = servo.handles.iter().filter(|h| h.mode != 0 && h.pair as usize == place / 2);
+    let own = of_pair.filter(|h| !nearer_to_partner(h)).min_by(|a, b| away(a).total_cmp(&away(b)));
+    own.map_or(0.0, |handle| handle.applied_force_n.iter().map(|f| f * f).sum::<f64>().sqrt())
+}
+
 /// Makes `STEM-N.EXTENSION` with the first number that is free.
 ///
 /// # Errors
@@ -189,6 +226,7 @@ pub fn new_file(folder: &Path, stem: &str, extension: &str) -> Result<(PathBuf, 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::overlay::example;
     use protocol::scene_frame::FrameNode;
     use protocol::wire::Field;
 
@@ -215,7 +253,31 @@ mod tests {
         // Single precision of a position of some centimetres.
         assert!((curve[0].deformation_m - 0.003).abs() < 1e-8 && curve[0].spring_force_n == 0.5);
         assert_eq!(samples.csv().lines().count(), 2);
-        assert!(samples.csv().ends_with("2,0.020000,0.003000000,0.500000,0.000000\n"), "{}", samples.csv());
+        assert!(samples.csv().ends_with("2,0.020000,0.003000000,0.500000,0.000000,0.000000\n"), "{}", samples.csv());
+    }
+
+    #[test]
+    fn fig6_a_suture_point_shows_the_force_of_the_hand_that_holds_it() {
+        let mut view = example::view();
+        let mut samples = Samples::default();
+        // Pair 1: left node 2, right node 3, 10 mm apart.
+        samples.pick(&view, 2);
+        samples.pick(&view, 3);
+        if let Some(servo) = &mut view.servo {
+            let at_m = view.frame.elements[3].position_m.map(f64::from);
+            let near_m = [at_m[0] - 0.001, at_m[1], at_m[2]];
+            servo.handles[0] = HandleState {
+                mode: 2,
+                pair: 1,
+                position_m: near_m,
+                applied_force_n: [0.0, 0.6, 0.8],
+                ..HandleState::EMPTY
+            };
+        }
+        view.frames += 1;
+        samples.take(&view);
+        let forces: Vec<f64> = samples.all().iter().map(|s| s.force_n(&s.curve()[0])).collect();
+        assert_eq!(forces, [0.0, 1.0]);
     }
 
     #[test]

@@ -17,20 +17,23 @@ const MM: f64 = 1e3;
 
 pub(super) fn show(ui: &mut Ui, samples: &Samples, wishes: &mut Vec<Wish>) {
     style::title(ui, "Force – deformation", "N over mm", style::WEAK);
-    let all = || samples.all().iter().flat_map(|s| s.curve());
-    let largest = |of: fn(&crate::samples::Measured) -> f64| all().map(of).fold(0.0, f64::max);
-    let x = Axis::covering(Some([0.0, largest(|m| m.deformation_m * MM)]), LEAST_MM);
-    let y = Axis::covering(Some([0.0, largest(|m| m.spring_force_n)]), LEAST_N);
+    let all = || samples.all().iter().flat_map(|s| s.curve().iter().map(move |m| [m.deformation_m * MM, s.force_n(m)]));
+    let largest = |axis: usize| all().map(|point| point[axis]).fold(0.0, f64::max);
+    let x = Axis::covering(Some([0.0, largest(0)]), LEAST_MM);
+    let y = Axis::covering(Some([0.0, largest(1)]), LEAST_N);
     let plot = Plot::begin(ui, HEIGHT, x, y);
     plot.note(&format!("to {:.1} mm", x.high));
     for (sample, colour) in samples.all().iter().zip(style::SAMPLES) {
-        plot.path(sample.curve().iter().map(|m| [m.deformation_m * MM, m.spring_force_n]), colour);
+        plot.path(sample.curve().iter().map(|m| [m.deformation_m * MM, sample.force_n(m)]), colour);
     }
     for (index, (sample, colour)) in samples.all().iter().zip(style::SAMPLES).enumerate() {
         let name = format!("{}  node {}", index + 1, sample.node());
         let value = sample.curve().last().map_or_else(
             || "–".to_owned(),
-            |m| format!("{:.2} mm, spring {:.2} N", m.deformation_m * MM, m.spring_force_n),
+            |m| {
+                let of = if sample.is_suture_point() { "hand" } else { "spring" };
+                format!("{:.2} mm, {of} {:.2} N", m.deformation_m * MM, sample.force_n(m))
+            },
         );
         style::row(ui, &name, &value, colour);
     }

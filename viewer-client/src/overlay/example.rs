@@ -12,7 +12,7 @@ const PAIRS: u32 = 4;
 const TIED: usize = 3;
 
 /// A skin scene of four pairs 10 mm apart, three of them tied at 1.2 mm, a force of 0.5 N.
-pub(super) fn view() -> View {
+pub(crate) fn view() -> View {
     let mut view = View { frames: 1, outlines: 1, ..View::default() };
     let node = |x: f32, y: f32| FrameNode { position_m: [x, y, 0.0], spring_force_n: 0.3, ..FrameNode::EMPTY };
     view.frame.elements =

@@ -135,6 +135,7 @@ impl Stage {
                 return Ok(Then::GoOn);
             }
             WindowEvent::Resized(size) => self.screen.resize(&self.gpu, size.width, size.height),
+            WindowEvent::Focused(false) => self.desk.let_go(),
             WindowEvent::Occluded(is_covered) => self.is_covered = *is_covered,
             _ => {}
         }

@@ -23,6 +23,8 @@ const ARRIVED_M: f64 = 2.0e-3;
 const PICKED_M: f32 = 2.5e-3;
 /// An orbit changes at least this share of the picture's pixels.
 const CHANGED: f64 = 0.05;
+/// The hand pulls a gap closed with more than this, newtons.
+const FELT_N: f64 = 0.05;
 /// Step of the pull from picture to picture, pixels.
 const PULL_PX: f64 = 4.0;
 
@@ -208,6 +210,7 @@ fn a_person_with_a_mouse_orbits_picks_sutures_restores_and_quits() {
     assert!(csv.starts_with("node,time_s,deformation_m"), "{csv}");
 
     suture(&mut person, &mut eyes, &sight);
+    assert!(felt(&mut person, &picked["node"]) > FELT_N, "the curve of a sutured point knows no force of the hand");
 
     // Restore: answered, and the stitch is gone.
     person.key("r");
@@ -226,6 +229,15 @@ fn a_person_with_a_mouse_orbits_picks_sutures_restores_and_quits() {
     let Person { viewer, .. } = person;
     assert_eq!(viewer.end().0, Some(0));
     assert_eq!(server.stop(), Some(0));
+}
+
+/// Largest force of the hand in the saved curve of a node.
+fn felt(person: &mut Person<'_>, node: &Value) -> f64 {
+    person.key("k");
+    let saved = person.viewer.expect("saved");
+    let csv = std::fs::read_to_string(saved["file"].as_str().expect("a path")).expect("the file that was told");
+    let own = csv.lines().map(|line| line.split(',').collect::<Vec<_>>()).filter(|row| row[0] == node.to_string());
+    own.map(|row| row[5].parse::<f64>().expect("a number")).fold(0.0, f64::max)
 }
 
 /// One stitch of the first pair with the mouse, straight from above.
