@@ -236,7 +236,8 @@ fn felt(person: &mut Person<'_>, node: &Value) -> f64 {
     person.key("k");
     let saved = person.viewer.expect("saved");
     let csv = std::fs::read_to_string(saved["file"].as_str().expect("a path")).expect("the file that was told");
-    let own = csv.lines().map(|line| line.split(',').collect::<Vec<_>>()).filter(|row| row[0] == node.to_string());
+    let name = node.to_string();
+    let own = csv.lines().map(|line| line.split(',').collect::<Vec<_>>()).filter(|row| row[0] == name);
     own.map(|row| row[5].parse::<f64>().expect("a number")).fold(0.0, f64::max)
 }
 
