@@ -21,6 +21,7 @@ impl Ground {
                 topology: wgpu::PrimitiveTopology::TriangleStrip,
                 constants: &[],
                 casts: false,
+                cull: None,
             },
         );
         Self { pipelines }

@@ -19,7 +19,8 @@ fn fragment(seen: Seen) -> @location(0) vec4f {
     let middle = 0.5 * (globals.low.xy + globals.high.xy);
     let size = length(globals.high.xyz - globals.low.xyz);
     let away = distance(seen.position.xy, middle) / size;
-    let fade = smoothstep(0.42, 1.7, away);
+    let radius = globals.background.w / size;
+    let fade = smoothstep(0.25 * radius, 0.99 * radius, away);
     var normal = vec3f(0.0, 0.0, 1.0);
     var albedo = globals.table.rgb;
     if FULL {

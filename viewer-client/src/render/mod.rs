@@ -125,9 +125,10 @@ impl Renderer {
         for &(eye, left, share) in eyes {
             pass.set_viewport(left * width, 0.0, (share * width).max(1.0), height, 0.0, 1.0);
             self.shared.bind(&mut pass, eye);
-            self.tissue.draw(&mut pass);
+            // From front to back, so that little is drawn for nothing.
             self.solids.draw(&mut pass);
             self.tubes.draw(&mut pass);
+            self.tissue.draw(&mut pass);
             self.ground.draw(&mut pass);
         }
     }

@@ -19,18 +19,20 @@ const LAMP: [f32; 3] = [-0.45, 0.28, 0.85];
 const LIT_RADIUS: f32 = 0.62;
 
 /// Samples and details of a picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Detail {
     pub(super) samples: u32,
     pub(super) shadow_side: u32,
     pub(super) full: bool,
     /// Triangles of the tissue that are worth having.
     pub(super) triangles: usize,
+    /// Radius of the table, in diagonals of the tissue.
+    pub(super) table: f32,
 }
 
 impl Detail {
-    pub(super) const FULL: Self = Self { samples: 4, shadow_side: 2048, full: true, triangles: 60_000 };
-    pub(super) const FAST: Self = Self { samples: 1, shadow_side: 1024, full: false, triangles: 10_000 };
+    pub(super) const FULL: Self = Self { samples: 4, shadow_side: 2048, full: true, triangles: 60_000, table: 1.72 };
+    pub(super) const FAST: Self = Self { samples: 1, shadow_side: 1024, full: false, triangles: 5_000, table: 1.15 };
 }
 
 /// Where the tissue is, for light and table.
@@ -198,7 +200,7 @@ impl Shared {
             with(lamp, 0.86),
             with(scene.low_m, table_m),
             with(scene.high_m, 1.0 / self.detail.shadow_side as f32),
-            [bright(r), bright(g), bright(b), 1.72 * size],
+            [bright(r), bright(g), bright(b), self.detail.table * size],
             table,
             [scale_end, 0.0, 0.0, sky],
         ];
@@ -231,7 +233,7 @@ impl Shared {
                     compilation_options: Default::default(),
                     buffers: draw.buffers,
                 },
-                primitive: wgpu::PrimitiveState { topology: draw.topology, ..Default::default() },
+                primitive: wgpu::PrimitiveState { topology: draw.topology, cull_mode: draw.cull, ..Default::default() },
                 depth_stencil: Some(wgpu::DepthStencilState {
                     format: DEPTH,
                     depth_write_enabled: Some(true),
@@ -277,6 +279,8 @@ pub(super) struct Draw<'d> {
     pub(super) topology: wgpu::PrimitiveTopology,
     pub(super) constants: &'d [(&'d str, f64)],
     pub(super) casts: bool,
+    /// Which side of a face is left out.
+    pub(super) cull: Option<wgpu::Face>,
 }
 
 /// Pipelines of one renderer.

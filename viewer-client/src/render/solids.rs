@@ -64,6 +64,7 @@ impl Solids {
                 topology: wgpu::PrimitiveTopology::TriangleList,
                 constants: &[],
                 casts: true,
+                cull: None,
             },
         );
         let mut vertices: Vec<[f32; 6]> = Vec::new();

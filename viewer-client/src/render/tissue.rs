@@ -156,6 +156,8 @@ fn pipelines(gpu: &Gpu, shared: &Shared, look: u32, part: u32) -> Pipelines {
             topology: wgpu::PrimitiveTopology::TriangleList,
             constants: &[("LOOK", f64::from(look)), ("OUTER", f64::from(1 - part))],
             casts: part == 0,
+            // The far side of a body would be drawn for nothing; what is not the outer surface has two sides.
+            cull: (part == 0).then_some(wgpu::Face::Back),
         },
     )
 }

@@ -90,8 +90,13 @@ fn skin(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
 }
 
 fn liver(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
-    let coarse = noise3(rest * 95.0);
-    let fine = noise3(rest * 900.0);
+    // A processor gets flat noise, and as little of it as shows a liver.
+    var coarse = noise2(rest.xy * 95.0);
+    var fine = coarse;
+    if FULL || !OUTER {
+        coarse = noise3(rest * 95.0);
+        fine = noise3(rest * 900.0);
+    }
     if !OUTER {
         if material > 2.5 {
             return flesh(rest);
@@ -109,7 +114,7 @@ fn liver(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
         colour *= 0.86 + 0.09 * smoothstep(0.0, 0.4, lobule.y) + 0.16 * mottle;
         relief += 0.9e-5 * smoothstep(0.0, 0.3, lobule.y) + 9.0e-5 * mottle;
     } else {
-        colour *= 0.90 + 0.25 * fine;
+        colour *= 0.92 + 0.20 * fine;
     }
     // The falciform ligament: a pale band over the organ, right of the wound, and a thin coat of fibres around it.
     let size = globals.high.xyz - globals.low.xyz;
@@ -117,8 +122,13 @@ fn liver(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
     let across = (rest.x - middle.x) / size.x - 0.215 - 0.035 * sin(rest.y * 55.0);
     let top = smoothstep(0.10, 0.30, (rest.z - globals.low.z) / size.z);
     let band = top * (1.0 - smoothstep(0.012, 0.026, abs(across)));
-    let coat = top * (1.0 - smoothstep(0.010, 0.11, abs(across))) * (0.4 + 0.6 * noise2(rest.xy * vec2f(260.0, 90.0)));
-    let strand = noise2(rest.xy * vec2f(2400.0, 170.0));
+    var uneven = 0.7;
+    var strand = 0.5 + 0.5 * sin(rest.x * 4200.0);
+    if FULL {
+        uneven = 0.4 + 0.6 * noise2(rest.xy * vec2f(260.0, 90.0));
+        strand = noise2(rest.xy * vec2f(2400.0, 170.0));
+    }
+    let coat = top * (1.0 - smoothstep(0.010, 0.11, abs(across))) * uneven;
     let pale = mix(vec3f(0.52, 0.37, 0.28), vec3f(0.76, 0.66, 0.54), strand);
     colour = mix(colour, vec3f(0.55, 0.30, 0.22), 0.45 * coat);
     colour = mix(colour, pale, 0.92 * band);
@@ -146,7 +156,10 @@ fn vessel(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
         colour *= 1.0 - 0.6 * (1.0 - smoothstep(0.0, 0.035, membrane));
         return Look(Material(colour, vec3f(0.35, 0.12, 0.10), 0.3, 50.0, 1.0 - 0.2 * depth), 0.0);
     }
-    let blotch = noise2(sheet * vec2f(0.35, 0.16) + 3.0);
+    var blotch = fibre;
+    if FULL {
+        blotch = noise2(sheet * vec2f(0.35, 0.16) + 3.0);
+    }
     var colour = mix(vec3f(0.66, 0.27, 0.22), vec3f(0.82, 0.50, 0.41), fibre * 0.55 + blotch * 0.45);
     var relief = 6.0e-5 * fibre;
     if FULL {

@@ -36,6 +36,7 @@ impl Tubes {
                 topology: wgpu::PrimitiveTopology::TriangleStrip,
                 constants: &[],
                 casts: true,
+                cull: None,
             },
         );
         Self { pipelines, store: Store::new(gpu, "tubes", wgpu::BufferUsages::VERTEX), count: 0 }
