@@ -1,10 +1,10 @@
 //! The solver's crew: OS threads that sweep the springs of a big mesh side by side (`solver.threads` of a scene file).
 //!
-//! They run on the processors that this process may use but the last, which is left to the servo; a scene that asks for more
-//! hands than that gets as many as there are. On a machine with one processor to spare the solver's own thread does all
-//! the work. How many there are changes no bit of the result (`sim_core::tissue::crew`).
-//! The pool is rayon's: it waits without spinning for long, needs no heap for a join, and starts no thread per step, as
-//! crossbeam's scoped threads would.
+//! They run on the processors that this process may use but the last, to which the servo thread is then bound; a scene that
+//! asks for more hands than that gets as many as there are. On a machine with one processor to spare the solver's own thread
+//! does all the work. How many there are changes no bit of the result (`sim_core::tissue::crew`).
+//! The pool is rayon's: it waits without spinning for long and starts no thread per step, as crossbeam's scoped threads
+//! would; the solver's thread waits for it and now and then pays a heap call for the queue between them.
 
 use crate::solver::session::SolverSession;
 use rayon_core::{ThreadPool, ThreadPoolBuilder};
@@ -61,10 +61,22 @@ pub fn hire(session: &mut SolverSession) {
     }
 }
 
+/// The processor of the servo where a crew works: the last that this process and its children may use; `None` where it is the
+/// only one.
+#[must_use]
+pub fn servo_processor() -> Option<usize> {
+    let set = sched_getaffinity(None).ok().filter(|set| set.count() > 1)?;
+    last(&set)
+}
+
+fn last(set: &CpuSet) -> Option<usize> {
+    (0..CpuSet::MAX_CPU).rev().find(|&processor| set.is_set(processor))
+}
+
 /// The processors that this process may use, but the last.
 fn processors_for_hands() -> CpuSet {
     let mut set = sched_getaffinity(None).unwrap_or_else(|_| CpuSet::new());
-    if let Some(last) = (0..CpuSet::MAX_CPU).rev().find(|&processor| set.is_set(processor)) {
+    if let Some(last) = last(&set) {
         set.unset(last);
     }
     set
@@ -80,7 +92,7 @@ mod tests {
     use sim_core::scene::procedure::SceneSource;
 
     /// A skin of more than one strip, with a hand that takes a suture point and pulls.
-    fn frames(threads: Option<u32>, crew: Option<Arc<dyn Crew>>) -> Vec<[f32; 3]> {
+    fn places(threads: Option<u32>, crew: Option<Arc<dyn Crew>>) -> Vec<[u64; 3]> {
         let mut config: SceneConfig = presets::skin();
         if let TissueConfig::Utsm { spacing_mm, .. } = &mut config.tissue {
             *spacing_mm = 0.8;
@@ -105,9 +117,8 @@ mod tests {
             servo.header.sequence = step as u64 + 1;
             session.step(Some(&servo), None, u64::from(step as u32) * 1_000_000);
         }
-        let mut nodes = Vec::new();
-        session.frame(&mut nodes);
-        nodes.iter().map(|n| n.position_m).collect()
+        let state = session.procedure().scene().solver().state();
+        state.position_m.iter().map(|x| [x.x.to_bits(), x.y.to_bits(), x.z.to_bits()]).collect()
     }
 
     fn pool(hands: usize) -> Arc<dyn Crew> {
@@ -116,13 +127,13 @@ mod tests {
 
     #[test]
     fn a_scene_moves_to_the_same_bits_with_any_number_of_hands() {
-        let alone = frames(Some(2), None);
+        let alone = places(Some(2), None);
         assert!(alone.len() > 4096, "{} nodes are too few for three strips", alone.len());
         for hands in [1, 2, 3] {
-            assert_eq!(frames(Some(2), Some(pool(hands))), alone, "{hands} hands");
+            assert_eq!(places(Some(2), Some(pool(hands))), alone, "{hands} hands");
         }
         // A scene that asks for none is given none.
-        assert_eq!(frames(None, Some(pool(2))), frames(None, None));
+        assert_eq!(places(None, Some(pool(2))), places(None, None));
     }
 
     #[test]
@@ -130,8 +141,8 @@ mod tests {
         let all = sched_getaffinity(None).unwrap();
         let hands = processors_for_hands();
         assert_eq!(hands.count() + 1, all.count());
-        let last = (0..CpuSet::MAX_CPU).rev().find(|&p| all.is_set(p)).unwrap();
-        assert!(!hands.is_set(last));
+        assert!(!hands.is_set(last(&all).unwrap()));
+        assert_eq!(servo_processor(), (all.count() > 1).then(|| last(&all).unwrap()));
         let pool = Pool::on(&hands, 2).unwrap();
         let found = pool.0.broadcast(|_| sched_getaffinity(None).unwrap());
         assert!(hands.count() == 0 || found.iter().all(|set| *set == hands));

@@ -44,6 +44,9 @@ pub struct ServoSpec {
     pub servo: ServoConfig,
     /// What to do when real-time rights are missing.
     pub no_rt: NoRtPolicy,
+    /// The processor of the servo thread, where it needs one that nobody else of ours uses.
+    #[serde(default)]
+    pub processor: Option<usize>,
     /// File to record to.
     pub record: Option<PathBuf>,
     /// What a recording says about its origin.
@@ -179,6 +182,7 @@ mod tests {
             length: RunLength::OfTheHand,
             servo: ServoConfig::default(),
             no_rt: NoRtPolicy::Refuse,
+            processor: Some(3),
             record: None,
             origin: Metadata::from([("scene".to_owned(), [("name".to_owned(), "skin".to_owned())].into())]),
             scene: "skin".into(),

@@ -61,6 +61,7 @@ pub fn send(action: SessionAction) -> Result<(), ServerError> {
     let mut reports = WoundReportSubscriber::open(&node)?;
     let mut servo = ServoStateReader::new(&node);
     let mut publisher = SessionCommandPublisher::open(&node)?;
+    let mut was_in_fault = servo.newest()?.is_some_and(|state| state.mode == SERVO_FAULT);
     let receivers = publisher.send(action.code())?;
     if receivers == 0 {
         return Err(ServerError::Unavailable(
@@ -68,7 +69,6 @@ pub fn send(action: SessionAction) -> Result<(), ServerError> {
         ));
     }
     let deadline = Instant::now() + ANSWER_LIMIT;
-    let mut was_in_fault = false;
     while Instant::now() < deadline {
         std::thread::sleep(ANSWER_LOOK);
         if let Some(report) = reports.newest()?

@@ -15,8 +15,8 @@ use triple_buffer::Output;
 /// Fastest motion, metres per second: across the workspace in two thirds of a second, a fifth of what the servo's gate takes for
 /// a glitch.
 pub const SPEED_M_PER_S: f64 = 0.25;
-/// Strongest acceleration, metres per second squared: stylus and hand (145 g) then push with 0.73 N at most, less than what an Omni
-/// gives for ever (0.88 N), so that a jerk of the mouse is no blow to the tissue.
+/// Strongest acceleration, metres per second squared: moving stylus and hand (145 g) then takes 0.73 N at most, less than what an
+/// Omni gives for ever (0.88 N), so that a jerk of the mouse is no blow to the tissue.
 pub const ACCELERATION_M_PER_S2: f64 = 5.0;
 /// Half the workspace of an Omni (160 × 70 × 120 mm: across, away from the user, up), metres.
 pub const HALF_WORKSPACE_M: [f64; 3] = [0.08, 0.035, 0.06];

@@ -28,6 +28,8 @@ use triple_buffer::Input;
 const LOOK_PERIOD: Duration = Duration::from_micros(400);
 /// Report and commands are looked at once in so many looks.
 const SLOW_LOOKS: u32 = 16;
+/// Commands that are read in one look; a viewer that sends more has the rest wait, not the tissue port.
+const COMMANDS_PER_LOOK: usize = 16;
 /// Dead peers are cleaned up this often.
 const CLEAN_UP_PERIOD: Duration = Duration::from_secs(1);
 /// A rejected message is logged at most this often.
@@ -35,6 +37,8 @@ const COMPLAINT_PERIOD: Duration = Duration::from_secs(1);
 
 /// A wish that was sent longer ago than this is not delivered: it is what a writer left behind, nanoseconds.
 const OLDEST_WISH_NS: u64 = 250_000_000;
+/// The clock is one for all processes; a stamp that is farther ahead than this is invented, nanoseconds.
+const CLOCK_SLACK_NS: u64 = 5_000_000;
 
 /// The cells of the loop.
 pub(super) struct Cells {
@@ -66,7 +70,7 @@ pub(super) fn run(run: &RunDir, cells: &mut Cells, delivery: &Delivery) -> Resul
     let node = PortNode::join(run, "servo-bridge")?;
     let mut ports = TissuePortSubscriber::open(&node)?;
     let mut reports = WoundReportSubscriber::open(&node)?;
-    let mut commands = SessionCommandSubscriber::open(&node)?;
+    let mut commands = Some(SessionCommandSubscriber::open(&node)?);
     let mut pointer = match &mut cells.wishes {
         Some(cell) => Some((PointerHandSubscriber::open(&node)?, cell)),
         None => None,
@@ -78,20 +82,27 @@ pub(super) fn run(run: &RunDir, cells: &mut Cells, delivery: &Delivery) -> Resul
         if let Some(port) = complaints.kept(ports.newest())? {
             cells.ports.write(port);
         }
-        if let Some((subscriber, cell)) = &mut pointer
-            && let Some(wish) = complaints.kept(subscriber.newest())?.and_then(|m| wish_of(&m, monotonic_ns()))
-        {
-            cell.write(wish);
+        if let Some((subscriber, cell)) = &mut pointer {
+            match complaints.kept(subscriber.newest()) {
+                Ok(message) => {
+                    message.and_then(|m| wish_of(&m, monotonic_ns())).into_iter().for_each(|wish| cell.write(wish));
+                }
+                Err(error) => {
+                    tracing::warn!("{error}; the pointer is not heard any more");
+                    pointer = None;
+                }
+            }
         }
         looks = looks.wrapping_add(1);
         if looks.is_multiple_of(SLOW_LOOKS) {
             if let Some(report) = complaints.kept(reports.newest())? {
                 delivery.reports.force_push(report);
             }
-            while let Some(command) = complaints.kept(commands.next_command())? {
-                if command.command == REARM {
-                    delivery.links.order_rearm();
-                }
+            if let Some(subscriber) = &mut commands
+                && let Err(error) = obey(subscriber, &mut complaints, &delivery.links)
+            {
+                tracing::warn!("{error}; commands to re-arm are not heard any more, the device's back button is");
+                commands = None;
             }
             if Instant::now() >= next_clean_up {
                 next_clean_up = Instant::now() + CLEAN_UP_PERIOD;
@@ -103,9 +114,27 @@ pub(super) fn run(run: &RunDir, cells: &mut Cells, delivery: &Delivery) -> Resul
     Ok(())
 }
 
+/// Hands orders to re-arm to the loop.
+fn obey(
+    commands: &mut SessionCommandSubscriber,
+    complaints: &mut Complaints,
+    links: &ServoLinks,
+) -> Result<(), PortError> {
+    for _ in 0..COMMANDS_PER_LOOK {
+        match commands.next_command() {
+            Ok(None) => break,
+            Ok(Some(command)) if command.command == REARM => links.order_rearm(),
+            Ok(Some(_)) => {}
+            rejected => drop(complaints.kept(rejected)?),
+        }
+    }
+    Ok(())
+}
+
 /// What a message wishes, if it was sent just now.
 fn wish_of(message: &PointerHand, now_ns: u64) -> Option<PointerWish> {
-    let is_new = now_ns.saturating_sub(message.header().time_ns) <= OLDEST_WISH_NS;
+    let sent_ns = message.header().time_ns;
+    let is_new = now_ns.saturating_sub(sent_ns) <= OLDEST_WISH_NS && sent_ns <= now_ns + CLOCK_SLACK_NS;
     is_new.then(|| PointerWish {
         position_m: Vec3::from(message.position_m),
         buttons: message.buttons,

@@ -90,7 +90,7 @@ pub fn run() -> Result<(), ServerError> {
     // Until the end of the run.
     let _awake = realtime::stay_awake();
     let bridge = spawn_bridge(&run, Cells { ports, wishes }, &delivery)?;
-    let task = Task { params, policy: policy(&spec), marks: marks(&spec.device) };
+    let task = Task { params, policy: policy(&spec), processor: spec.processor, marks: marks(&spec.device) };
     let servo = spawn_servo(&run, device, task, room)?;
     let mut watch = Watch {
         links: &links,

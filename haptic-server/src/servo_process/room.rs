@@ -25,6 +25,8 @@ pub(super) struct Task {
     pub(super) params: ServoParams,
     /// What to do when rights are missing.
     pub(super) policy: RightsPolicy,
+    /// Its processor, if it is bound to one.
+    pub(super) processor: Option<usize>,
     /// Flags of `servo_state` beside those of the tick.
     pub(super) marks: u32,
 }
@@ -46,7 +48,7 @@ pub(super) fn run(run: &RunDir, device: &mut dyn Device, task: &Task, ends: Room
     let node = PortNode::join(run, "servo")?;
     let mut writer = ServoStateWriter::create(&node)?;
     let stats = new_stats().map_err(|e| ServerError::Internal(format!("cannot make the histograms: {e}")))?;
-    let rights = acquire(&RealtimeConfig::default());
+    let rights = acquire(&RealtimeConfig { processor: task.processor, ..RealtimeConfig::default() });
     judge(&rights, task.policy).map_err(|e| ServerError::Permission(e.to_string()))?;
     if rights.is_degraded() {
         tracing::warn!("{rights}; this run is marked degraded. {REMEDY}");

@@ -18,6 +18,8 @@ use protocol::wound_report::WoundReport;
 
 /// Frames and reports are published this often, nanoseconds: 60 Hz.
 const VIEW_PERIOD_NS: u64 = 16_666_667;
+/// Commands are obeyed no faster than this, nanoseconds: a restore publishes a whole scene, and nobody presses keys faster.
+const COMMAND_PERIOD_NS: u64 = 20_000_000;
 /// Dead peers are cleaned up this often, nanoseconds.
 const CLEAN_UP_PERIOD_NS: u64 = 1_000_000_000;
 
@@ -36,6 +38,7 @@ pub(super) struct Topics {
     shown_generation: Option<u32>,
     next_view_ns: u64,
     next_clean_up_ns: u64,
+    next_command_ns: u64,
     answered: CommandAnswer,
     shown_rows: u32,
 }
@@ -60,6 +63,7 @@ impl Topics {
             shown_generation: None,
             next_view_ns: 0,
             next_clean_up_ns: 0,
+            next_command_ns: 0,
             answered: CommandAnswer::EMPTY,
             shown_rows: 0,
         })
@@ -70,7 +74,14 @@ impl Topics {
         if let Some(servo) = kept(self.servo_reader.newest())? {
             self.servo = Some(servo);
         }
-        self.command = kept(self.commands.next_command())?;
+        let now_ns = monotonic_ns();
+        self.command = None;
+        if now_ns >= self.next_command_ns {
+            self.command = kept(self.commands.next_command())?;
+            if self.command.is_some() {
+                self.next_command_ns = now_ns + COMMAND_PERIOD_NS;
+            }
+        }
         Ok(())
     }
 
@@ -98,13 +109,19 @@ impl Topics {
         let report = session.report();
         let outline_is_new = self.shown_generation != Some(session.scene_generation());
         let is_news = report.answers[0] != self.answered || report.row_count != self.shown_rows;
-        if now_ns >= self.next_view_ns || outline_is_new || is_news {
-            self.next_view_ns = now_ns + VIEW_PERIOD_NS;
+        let views_are_due = now_ns >= self.next_view_ns || outline_is_new;
+        if views_are_due || is_news {
             (self.answered, self.shown_rows) = (report.answers[0], report.row_count);
+            self.publish_report(pace, *report)?;
+        }
+        if views_are_due {
+            self.next_view_ns = now_ns + VIEW_PERIOD_NS;
             if outline_is_new {
                 self.publish_outline(session)?;
             }
-            self.publish_views(session, pace, *report)?;
+            if self.frame.has_receivers() {
+                self.publish_frame(session)?;
+            }
         }
         self.outline.serve_late_joiners()?;
         if now_ns >= self.next_clean_up_ns {
@@ -121,15 +138,13 @@ impl Topics {
         Ok(())
     }
 
-    fn publish_views(
-        &mut self,
-        session: &SolverSession,
-        pace: &Pace,
-        mut report: WoundReport,
-    ) -> Result<(), PortError> {
+    fn publish_report(&mut self, pace: &Pace, mut report: WoundReport) -> Result<(), PortError> {
         report.step_time_ns = pace.mean_ns();
         report.step_time_max_ns = pace.longest_ns();
-        self.report.send(&mut report)?;
+        self.report.send(&mut report)
+    }
+
+    fn publish_frame(&mut self, session: &SolverSession) -> Result<(), PortError> {
         let mut header = session.frame(&mut self.nodes);
         let nodes = &self.nodes;
         self.frame.send(&mut header, nodes.len(), |i| nodes[i])

@@ -6,6 +6,7 @@
 use super::child::{ChildProcess, beside_this_program};
 use crate::cli::choice::{DeviceChoice, SceneChoice};
 use crate::cli::{RunArgs, SceneArgs};
+use crate::crew;
 use crate::error::ServerError;
 use crate::record::origin;
 use crate::scene_file;
@@ -57,6 +58,7 @@ pub(super) fn plan(args: &RunArgs) -> Result<Plan, ServerError> {
         scene: scene.label(),
         servo: args.servo.as_deref().map_or_else(|| Ok(ServoConfig::default()), scene_file::servo_config)?,
         no_rt: if args.device.is_hardware() && !args.allow_no_rt { NoRtPolicy::Refuse } else { NoRtPolicy::Degrade },
+        processor: scenes.iter().any(|s| s.config.solver.threads > Some(1)).then(crew::servo_processor).flatten(),
         record: args.record.clone(),
         origin: Metadata::new(),
     };

@@ -14,8 +14,8 @@ use iceoryx2::prelude::ipc;
 
 /// Commands that wait for a receiver, per sender.
 const QUEUE: usize = 16;
-/// Programs that may send commands at the same time.
-const MAX_SENDERS: usize = 16;
+/// Programs that may send commands at the same time: every viewer, and some that do nothing else.
+const MAX_SENDERS: usize = 40;
 /// Sequences of a sender begin at its process id times 2 to this power: an answer that carries a sequence then names one
 /// command of one sender, and no process id is so large that this overflows.
 const SENDER_SHIFT: u32 = 32;

@@ -18,6 +18,8 @@ use std::fmt::Debug;
 
 /// Newest-wins topics keep one message, for receivers and for late joiners.
 pub(super) const KEPT: usize = 1;
+/// Messages that are looked at in search of the newest: far more than writers that can have left one.
+pub(super) const MOST_WAITING: usize = 16;
 /// One sample in hand while the next is fetched.
 pub(super) const BORROWED: usize = 2;
 
@@ -156,8 +158,10 @@ impl<M: Message + ZeroCopySend + Debug> LatestSubscriber<M> {
     pub fn newest(&mut self) -> Result<Option<M>, PortError> {
         let mut newest: Option<M> = None;
         let mut rejected = None;
-        // A restarted writer has a connection of its own, so more than one message can wait here.
-        while let Some(sample) = self.subscriber.receive().map_err(|e| receive_error(M::NAME, &e))? {
+        // A restarted writer has a connection of its own, so more than one message can wait here. A writer that sends without
+        // end must not keep the reader here.
+        for _ in 0..MOST_WAITING {
+            let Some(sample) = self.subscriber.receive().map_err(|e| receive_error(M::NAME, &e))? else { break };
             let copy = *sample;
             match copy.validate() {
                 Err(error) => rejected = Some(error),

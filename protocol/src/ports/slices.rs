@@ -4,7 +4,9 @@
 //! and then checks the copies: capacity before anything is copied, announced against carried
 //! count, finite numbers. Memory for a larger scene is added by the publisher on demand.
 
-use super::latest::{BORROWED, KEPT, publisher_error, receive_error, send_error, service_error, subscriber_error};
+use super::latest::{
+    BORROWED, KEPT, MOST_WAITING, publisher_error, receive_error, send_error, service_error, subscriber_error,
+};
 use super::node::{name_of, required_layout, retried};
 use super::{MAX_NODES, MAX_RECEIVERS, PortError, PortNode, monotonic_ns};
 use crate::scene_frame::{self, FrameHeader, FrameNode, MAX_OUTLINE_WORDS, OutlineHeader};
@@ -13,6 +15,7 @@ use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, ZeroCopySend, ipc};
+use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use std::fmt::Debug;
 
@@ -118,6 +121,7 @@ fn open<H: SliceHeader>(node: &PortNode) -> Result<PortFactory<ipc::Service, [H:
 #[derive(Debug)]
 pub struct SlicePublisher<H: SliceHeader> {
     publisher: Publisher<ipc::Service, [H::Element], H>,
+    service: PortFactory<ipc::Service, [H::Element], H>,
     sequence: u64,
 }
 
@@ -139,7 +143,13 @@ impl<H: SliceHeader> SlicePublisher<H> {
                 .create()
                 .map_err(publisher_error::<H>)
         })?;
-        Ok(Self { publisher, sequence: 0 })
+        Ok(Self { publisher, service, sequence: 0 })
+    }
+
+    /// Whether anybody would receive a message; a receiver that died counts until it is cleaned up.
+    #[must_use]
+    pub fn has_receivers(&self) -> bool {
+        self.service.dynamic_config().number_of_subscribers() > 0
     }
 
     /// Fills the header (sequence, time) and sends; `element(i)` writes straight into shared memory.
@@ -196,7 +206,8 @@ impl<H: SliceHeader> SliceSubscriber<H> {
     pub fn newest(&mut self) -> Result<Option<&SliceMessage<H>>, PortError> {
         let mut newest: Option<(Header, _)> = None;
         // A restarted writer has a connection of its own, so more than one message can wait here.
-        while let Some(sample) = self.subscriber.receive().map_err(|e| receive_error(H::NAME, &e))? {
+        for _ in 0..MOST_WAITING {
+            let Some(sample) = self.subscriber.receive().map_err(|e| receive_error(H::NAME, &e))? else { break };
             let header = *sample.user_header().header();
             if newest.as_ref().is_none_or(|(n, _)| n.time_ns <= header.time_ns) {
                 newest = Some((header, sample));

@@ -117,7 +117,9 @@ fn a_late_joiner_gets_the_outline_without_a_new_send() {
 fn a_frame_may_grow_and_a_wrong_count_is_refused_by_both_ends() {
     let run = TestRun::start();
     let mut publisher = SceneFramePublisher::open(&run.node(), 10).unwrap();
+    assert!(!publisher.has_receivers());
     let mut receiver = SceneFrameSubscriber::open(&run.node()).unwrap();
+    assert!(publisher.has_receivers());
     for count in [10_u16, 5000, 0, 7] {
         let mut header = FrameHeader { node_count: u32::from(count), ..FrameHeader::EMPTY };
         let node = |i: usize| FrameNode { position_m: [i as f32, 0.0, 0.0], ..FrameNode::EMPTY };
