@@ -77,6 +77,8 @@ pod! {
         pub fault: u32,
         /// [`FLAG_DEGRADED`], [`FLAG_STOPPING`], [`FLAG_POINTER`].
         pub flags: u32,
+        /// Period of the tick, nanoseconds; 0 when it is not told.
+        pub period_ns: u64,
         /// Ticks executed.
         pub ticks: u64,
         /// Ticks missed (skipped, never caught up).

@@ -88,6 +88,16 @@ pod! {
         pub grips_used: u32,
         /// Counts scene loads and restores, as in `tissue_port`.
         pub scene_generation: u32,
+        /// Suture pair at work, as in `tissue_port`.
+        pub pair: u32,
+        /// Pairs of the scene at work.
+        pub pair_count: u32,
+        /// Distance of the patches of the pair at work, metres, as in `tissue_port`.
+        pub gap_m: f64,
+        /// At or below this distance the pair at work counts as closed, metres; 0 when it is not told.
+        pub closed_gap_m: f64,
+        /// `D_floor` of `ER`, metres; 0 when it is not told.
+        pub distance_floor_m: f64,
         /// Solver steps done.
         pub solver_steps: u64,
         /// Simulated seconds.

@@ -192,24 +192,18 @@ impl Desk {
     pub(crate) fn lead_hand(&mut self, at: [f32; 2], size: Size) {
         let sight = self.sight(at, size);
         let points = suture_points(self.source.view());
-        if let Some(pointer) = self.source.pointer() {
-            pointer.follow(&sight, points.iter().copied());
-        }
+        self.source.act(|pointer| pointer.follow(&sight, points.iter().copied()));
     }
 
     /// The wheel turned while the mouse is the hand.
     pub(crate) fn push_hand(&mut self, at: [f32; 2], notches: f32, size: Size) {
         let sight = self.sight(at, size);
-        if let Some(pointer) = self.source.pointer() {
-            pointer.wheel(&sight, notches);
-        }
+        self.source.act(|pointer| pointer.wheel(&sight, notches));
     }
 
     /// A button of the stylus.
     pub(crate) fn press_hand(&mut self, button: Button, press: Press) {
-        if let Some(pointer) = self.source.pointer() {
-            pointer.press(button, press);
-        }
+        self.source.act(|pointer| pointer.press(button, press));
     }
 
     /// Lets go of every button of the stylus: the window does not hear any more when they come up.

@@ -4,10 +4,12 @@
 //! says something at least once a second: a window that hangs must not leave a hand on the tissue. Dropping the
 //! handle ends the thread, and with it the hand.
 
+use crate::pointer::Pointer;
 use protocol::pointer_hand::PointerHand;
 use protocol::ports::{PointerHandPublisher, PortError, PortNode};
 use protocol::run::RunDir;
 use protocol::wire::Field;
+use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -16,6 +18,42 @@ use std::time::{Duration, Instant};
 const PERIOD: Duration = Duration::from_millis(8);
 /// A window that says nothing for this long has no hand.
 const SILENCE: Duration = Duration::from_secs(1);
+
+/// Messages that tell buttons before others are told, and that the last word is said in.
+const REPEATS: u32 = 2;
+/// Changes of buttons that may wait; no hand clicks so fast for so long.
+const MOST_WAITING: usize = 32;
+
+/// The mouse as the hand: each act is said at once.
+#[derive(Debug)]
+pub struct MouseHand {
+    thread: HandThread,
+    pointer: Pointer,
+}
+
+impl MouseHand {
+    /// Becomes the hand of this run, where the stylus is.
+    ///
+    /// # Errors
+    /// As [`HandThread::start`].
+    pub fn start(run: &RunDir, stylus_m: [f64; 3]) -> Result<Self, String> {
+        let hand = Self { thread: HandThread::start(run)?, pointer: Pointer::at(stylus_m) };
+        // A button counts at the server once it has been seen up.
+        hand.say();
+        Ok(hand)
+    }
+
+    /// Does this with the pointer and says it.
+    pub fn act(&mut self, act: impl FnOnce(&mut Pointer)) {
+        act(&mut self.pointer);
+        self.say();
+    }
+
+    /// Says again where the hand is; at every look.
+    pub fn say(&self) {
+        self.thread.say(HandWish { position_m: self.pointer.target_m(), buttons: self.pointer.buttons() });
+    }
+}
 
 /// What the window says.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,9 +86,9 @@ impl HandThread {
             .spawn(move || {
                 let port = RunDir::open(&path).map_err(|e| e.to_string()).and_then(|run| open(&run));
                 match port {
-                    Ok((node, publisher)) => {
+                    Ok((node, mut publisher)) => {
                         if opened.send(Ok(())).is_ok() {
-                            send_until_dropped(publisher, &incoming);
+                            send_until_dropped(|wish| send(&mut publisher, wish), &incoming);
                         }
                         drop(node);
                     }
@@ -92,23 +130,111 @@ fn open(run: &RunDir) -> Result<(PortNode, PointerHandPublisher), String> {
     }
 }
 
-fn send_until_dropped(mut publisher: PointerHandPublisher, incoming: &Receiver<HandWish>) {
-    let mut newest: Option<(HandWish, Instant)> = None;
+fn send(publisher: &mut PointerHandPublisher, HandWish { position_m, buttons }: HandWish) {
+    let mut message = PointerHand { position_m, buttons, sender: std::process::id(), ..PointerHand::EMPTY };
+    // The next one follows in 8 ms; a server that has gone is told by the missing servo state.
+    let _ = publisher.send(&mut message);
+}
+
+/// Wishes that are not told yet: one for each change of buttons, the newest place with the newest buttons.
+#[derive(Debug, Default)]
+struct Waiting {
+    wishes: VecDeque<HandWish>,
+    /// How often the first of them was told.
+    told: u32,
+}
+
+impl Waiting {
+    fn add(&mut self, wish: HandWish) {
+        let is_full = self.wishes.len() >= MOST_WAITING;
+        match self.wishes.back_mut() {
+            Some(last) if last.buttons == wish.buttons || is_full => *last = wish,
+            _ => self.wishes.push_back(wish),
+        }
+    }
+
+    /// What is to be told now.
+    fn next(&mut self) -> Option<HandWish> {
+        if self.wishes.len() > 1 && self.told >= REPEATS {
+            self.wishes.pop_front();
+            self.told = 0;
+        }
+        let wish = *self.wishes.front()?;
+        self.told = self.told.saturating_add(1);
+        Some(wish)
+    }
+}
+
+fn send_until_dropped(mut send: impl FnMut(HandWish), incoming: &Receiver<HandWish>) {
+    let mut waiting = Waiting::default();
+    let mut said = Instant::now();
     let mut next = Instant::now();
     loop {
         match incoming.recv_timeout(next.saturating_duration_since(Instant::now())) {
             Ok(wish) => {
-                newest = Some((wish, Instant::now()));
+                waiting.add(wish);
+                said = Instant::now();
                 continue;
             }
-            Err(RecvTimeoutError::Disconnected) => return,
+            Err(RecvTimeoutError::Disconnected) => break,
             Err(RecvTimeoutError::Timeout) => next = (next + PERIOD).max(Instant::now()),
         }
-        if let Some((wish, _)) = newest.filter(|(_, said)| said.elapsed() < SILENCE) {
-            let HandWish { position_m, buttons } = wish;
-            let mut message = PointerHand { position_m, buttons, sender: std::process::id(), ..PointerHand::EMPTY };
-            // The next one follows in 8 ms; a server that has gone is told by the missing servo state.
-            let _ = publisher.send(&mut message);
+        if let Some(wish) = waiting.next().filter(|_| said.elapsed() < SILENCE) {
+            send(wish);
         }
+    }
+    if let Some(last) = waiting.wishes.back() {
+        for _ in 0..REPEATS {
+            send(HandWish { buttons: 0, ..*last });
+            // The port must live until the server has taken it.
+            std::thread::sleep(PERIOD);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pointer::{Button, Press};
+
+    fn wish(x_m: f64, buttons: u32) -> HandWish {
+        HandWish { position_m: [x_m, 0.0, 0.0], buttons }
+    }
+
+    #[test]
+    fn a_short_click_is_told_before_its_release() {
+        let mut waiting = Waiting::default();
+        assert_eq!(waiting.next(), None);
+        for said in [wish(0.0, 0), wish(0.1, 0), wish(0.2, 1), wish(0.3, 1), wish(0.3, 0), wish(0.4, 1), wish(0.5, 0)] {
+            waiting.add(said);
+        }
+        let told: Vec<_> = std::iter::from_fn(|| waiting.next()).take(12).collect();
+        let expected = [wish(0.1, 0), wish(0.3, 1), wish(0.3, 0), wish(0.4, 1), wish(0.5, 0), wish(0.5, 0)];
+        assert_eq!(told, expected.map(|wish| [wish; 2]).concat());
+        for n in 0..10 * MOST_WAITING as u32 {
+            waiting.add(wish(0.0, n % 2));
+        }
+        assert!(waiting.wishes.len() <= MOST_WAITING);
+    }
+
+    #[test]
+    fn every_press_and_release_is_said_when_it_comes() {
+        let (wishes, said) = channel();
+        let thread = HandThread { wishes: Some(wishes), thread: None };
+        let mut hand = MouseHand { thread, pointer: Pointer::at([0.0; 3]) };
+        for press in [Press::Down, Press::Up] {
+            hand.act(|pointer| pointer.press(Button::Front, press));
+        }
+        assert_eq!(said.try_iter().map(|wish| wish.buttons).collect::<Vec<_>>(), [1, 0]);
+    }
+
+    #[test]
+    fn the_last_word_lets_go_at_the_present_place() {
+        let (wishes, incoming) = channel();
+        wishes.send(wish(0.2, 1)).expect("it listens");
+        drop(wishes);
+        let mut told = Vec::new();
+        send_until_dropped(|wish| told.push(wish), &incoming);
+        assert_eq!(told.last(), Some(&wish(0.2, 0)));
     }
 }

@@ -1,7 +1,8 @@
 //! Commands to the running session, and what became of them.
 //!
 //! A command goes out as `session_command`; the solver answers it by its sequence in a `wound_report`, a refusal with its reason,
-//! and re-arming is seen in `servo_state`, too. One command is under way at a time. The port is opened with the first command: a
+//! and re-arming is seen in `servo_state`, too. One command is under way at a time; re-arming waits for none of them. A solver that
+//! was restarted answers nothing that was asked before. The port is opened with the first command: a
 //! viewer that only looks takes no sender's place.
 
 use crate::feed::View;
@@ -100,6 +101,10 @@ struct Pending {
 pub struct Orders {
     publisher: Option<SessionCommandPublisher>,
     pending: Option<Pending>,
+    /// The servo obeys it, whatever the solver does.
+    rearm: Option<Pending>,
+    /// Solver steps of the newest report.
+    steps: u64,
 }
 
 impl Orders {
@@ -114,7 +119,7 @@ impl Orders {
                 order.name()
             ))),
             Ok((_, sequence)) => {
-                self.pending = Some(Pending { order, sequence, sent_ns: now_ns });
+                self.slot(order).replace(Pending { order, sequence, sent_ns: now_ns });
                 None
             }
             Err(reason) => Some(Notice::bad(format!("{}: {reason}", order.name()))),
@@ -123,13 +128,27 @@ impl Orders {
 
     /// Looks for the answer.
     pub fn look(&mut self, view: &View, now_ns: u64) -> Option<Notice> {
-        let notice = judge(&self.pending?, view, now_ns)?;
-        self.pending = None;
-        Some(notice)
+        let steps = view.report.as_ref().map_or(self.steps, |report| report.solver_steps);
+        let is_restarted = steps < std::mem::replace(&mut self.steps, steps);
+        let answered = [&mut self.rearm, &mut self.pending].into_iter().find_map(|slot| {
+            let notice = judge(slot.as_ref()?, view, now_ns)?;
+            *slot = None;
+            Some(notice)
+        });
+        if is_restarted && let Some(lost) = self.pending.take() {
+            return Some(Notice::bad(format!("{}: the solver restarted, ask again", lost.order.name())));
+        }
+        answered
+    }
+
+    fn slot(&mut self, order: Order) -> &mut Option<Pending> {
+        if order == Order::Rearm { &mut self.rearm } else { &mut self.pending }
     }
 
     fn obstacle(&self, order: Order, view: &View) -> Option<Notice> {
-        if let Some(pending) = &self.pending {
+        if order != Order::Rearm
+            && let Some(pending) = &self.pending
+        {
             return Some(Notice::note(format!("{}: {} is still under way", order.name(), pending.order.name())));
         }
         let faulty = view.servo.as_ref().is_some_and(|s| s.mode == FAULT);
@@ -222,5 +241,28 @@ mod tests {
             }
             assert_eq!(Order::next_control(&view), Order::Control(expected));
         }
+    }
+
+    #[test]
+    fn re_arming_waits_for_nothing() {
+        let orders = Orders { pending: Some(SENT), ..Orders::default() };
+        let servo = ServoState { mode: FAULT, ..ServoState::EMPTY };
+        let view = View { servo: Some(servo), ..View::default() };
+        assert!(orders.obstacle(Order::Rearm, &view).is_none());
+        assert!(orders.obstacle(Order::Restore, &view).is_some_and(|n| n.text.contains("tie is still under way")));
+    }
+
+    #[test]
+    fn a_solver_that_was_restarted_lets_everybody_ask_again() {
+        let mut orders = Orders { pending: Some(SENT), ..Orders::default() };
+        let mut view = answered(0, "");
+        for (steps, expected) in [(500, false), (510, false), (3, true), (4, false)] {
+            if let Some(report) = &mut view.report {
+                report.solver_steps = steps;
+            }
+            let told = orders.look(&view, 2_000).is_some_and(|n| n.text.contains("the solver restarted, ask again"));
+            assert_eq!(told, expected, "{steps}");
+        }
+        assert!(orders.obstacle(Order::Restore, &view).is_none());
     }
 }

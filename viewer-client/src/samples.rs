@@ -1,6 +1,7 @@
 //! Sample points: nodes that a person picked, with their force against their deformation (Zhang et al., Fig. 6).
 //!
-//! Deformation d = |x − x₀| with x₀ the position when the point was picked, or at the first frame after a restore.
+//! Deformation d = |x − x₀| with x₀ the position in the first frame of this scene generation, where that frame was seen, else
+//! where the node was seen first: when it was picked, or after a restore. A frame from the past takes away what lies after it.
 //! Force: the largest spring force at the node and the reaction of its attachments, as the frame carries them, and for a suture
 //! point in the hand the force of hand and line on it (`F_hand + F_link`, Eq. (3)), which is the external force of Fig. 6; metres, newtons.
 //! Curves never grow: a full one is thinned to every second point. Deliberately absent: smoothing.
@@ -16,6 +17,8 @@ use std::path::{Path, PathBuf};
 pub const MAX_SAMPLES: usize = 4;
 /// Measurements that a curve keeps before it is thinned.
 const CAPACITY: usize = 4096;
+/// A new generation within this time of the last frame, or of the start of all, was seen from its first frame on, seconds.
+const CLOSE_S: f64 = 0.25;
 /// Names that are tried before a folder counts as full.
 const MAX_NAMES: u32 = 10_000;
 
@@ -34,10 +37,24 @@ pub struct Measured {
     pub hand_force_n: f64,
 }
 
+/// From where the deformation of a node counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reference {
+    /// From the first frame of its scene generation.
+    FirstFrame,
+    /// From where it was when it was picked, or seen first after a restore.
+    SeenFirst,
+}
+
+/// What a sample belongs to: kind and node count of a scene, generation.
+type Belongs = ((u32, u32), u32);
+
 /// One picked node.
 #[derive(Clone, Debug)]
 pub struct Sample {
     node: u32,
+    belongs: Belongs,
+    reference: Reference,
     reference_m: [f32; 3],
     is_suture_point: bool,
     curve: Vec<Measured>,
@@ -53,7 +70,7 @@ impl Sample {
         self.node
     }
 
-    /// The force that its curve shows: that of the hand at a suture point, else that of the springs, newtons.
+    /// The force that its curve shows: that of the hand at a suture point, else the largest of a spring at the node, newtons.
     #[must_use]
     pub fn force_n(&self, measured: &Measured) -> f64 {
         if self.is_suture_point { measured.hand_force_n } else { measured.spring_force_n }
@@ -71,13 +88,22 @@ impl Sample {
         &self.curve
     }
 
-    fn begin(view: &View, node: u32, at_m: [f32; 3]) -> Self {
+    fn begin(view: &View, first: Option<&FirstFrame>, node: u32, at_m: [f32; 3]) -> Self {
+        let belongs = belongs(view);
         let is_suture_point = view.outline_of_frame().is_some_and(|parts| parts.pairs.contains(&node));
+        let rest_m = first.filter(|f| f.belongs == belongs).and_then(|f| f.places_m.get(node as usize).copied());
+        let reference = if rest_m.is_some() { Reference::FirstFrame } else { Reference::SeenFirst };
+        let reference_m = rest_m.unwrap_or(at_m);
         let curve = Vec::with_capacity(CAPACITY);
-        Self { node, reference_m: at_m, is_suture_point, curve, stride: 1, passed: 0 }
+        Self { node, belongs, reference, reference_m, is_suture_point, curve, stride: 1, passed: 0 }
     }
 
     fn take(&mut self, measured: Measured) {
+        if self.curve.last().is_some_and(|last| measured.time_s <= last.time_s) {
+            // A recording that was wound back.
+            self.curve.retain(|before| before.time_s < measured.time_s);
+            self.passed = self.stride;
+        }
         self.passed += 1;
         if self.passed < self.stride {
             return;
@@ -95,13 +121,20 @@ impl Sample {
     }
 }
 
+/// Places of all nodes in the first frame of a scene generation.
+#[derive(Clone, Debug)]
+struct FirstFrame {
+    belongs: Belongs,
+    places_m: Vec<[f32; 3]>,
+}
+
 /// All picked nodes.
 #[derive(Clone, Debug, Default)]
 pub struct Samples {
     all: Vec<Sample>,
-    generation: u32,
-    kind: u32,
-    node_count: u32,
+    first: Option<FirstFrame>,
+    /// What the last frame belonged to, and its simulated time.
+    last: Option<(Belongs, f64)>,
     frames: u64,
 }
 
@@ -112,16 +145,15 @@ impl Samples {
         &self.all
     }
 
-    /// Watches a node of the newest frame; one that is watched already begins anew; the oldest makes room.
+    /// Watches a node of this view, which may be held and old: nothing is measured in it. One that is watched already begins anew; the oldest makes room.
     /// `false` when the frame has no such node.
     pub fn pick(&mut self, view: &View, node: u32) -> bool {
-        self.take(view);
         let Some(place) = view.frame.elements.get(node as usize) else { return false };
         self.all.retain(|sample| sample.node != node);
         if self.all.len() == MAX_SAMPLES {
             self.all.remove(0);
         }
-        self.all.push(Sample::begin(view, node, place.position_m));
+        self.all.push(Sample::begin(view, self.first.as_ref(), node, place.position_m));
         true
     }
 
@@ -137,17 +169,13 @@ impl Samples {
         }
         self.frames = view.frames;
         let header = &view.frame.header;
-        let scene = (view.outline.header.scene_kind, header.node_count);
-        if scene != (self.kind, self.node_count) {
-            self.all.clear();
-            (self.kind, self.node_count) = scene;
-        }
-        let restored = header.scene_generation != self.generation;
-        self.generation = header.scene_generation;
+        let belongs = belongs(view);
+        self.all.retain(|sample| sample.belongs.0 == belongs.0);
+        self.keep_first(view, belongs);
         for sample in &mut self.all {
             let Some(node) = view.frame.elements.get(sample.node as usize) else { continue };
-            if restored {
-                *sample = Sample::begin(view, sample.node, node.position_m);
+            if sample.belongs != belongs {
+                *sample = Sample::begin(view, self.first.as_ref(), sample.node, node.position_m);
             }
             let squared: f64 = (0..3).map(|k| f64::from(node.position_m[k] - sample.reference_m[k]).powi(2)).sum();
             sample.take(Measured {
@@ -160,10 +188,29 @@ impl Samples {
         }
     }
 
-    /// All curves as comma-separated values.
+    /// Keeps the places of the first frame of a generation, if this is one.
+    fn keep_first(&mut self, view: &View, belongs: Belongs) {
+        let now_s = view.frame.header.sim_time_s;
+        let (before, before_s) = self.last.replace((belongs, now_s)).map_or((None, 0.0), |(b, s)| (Some(b), s));
+        if before != Some(belongs) && (before_s..=before_s + CLOSE_S).contains(&now_s) {
+            let places_m = view.frame.elements.iter().map(|node| node.position_m).collect();
+            self.first = Some(FirstFrame { belongs, places_m });
+        }
+    }
+
+    /// All curves as comma-separated values; lines that begin with # say from where each deformation counts.
     #[must_use]
     pub fn csv(&self) -> String {
-        let mut text = String::from("node,time_s,deformation_m,spring_force_n,attachment_force_n,hand_force_n\n");
+        let mut text = String::new();
+        for sample in &self.all {
+            let from = match sample.reference {
+                Reference::FirstFrame => "its place in the first frame of the scene",
+                Reference::SeenFirst => "where it was when it was picked or first seen after a restore",
+            };
+            // Writing into a string cannot fail.
+            let _ = writeln!(text, "# node {}: deformation from {from}", sample.node);
+        }
+        text.push_str("node,time_s,deformation_m,largest_spring_force_n,attachment_force_n,hand_force_n\n");
         for sample in &self.all {
             for m in &sample.curve {
                 // Writing into a string cannot fail.
@@ -189,6 +236,11 @@ impl Samples {
         file.write_all(self.csv().as_bytes())?;
         Ok(path)
     }
+}
+
+fn belongs(view: &View) -> Belongs {
+    let header = &view.frame.header;
+    ((view.outline.header.scene_kind, header.node_count), header.scene_generation)
 }
 
 /// Force of hand and line on a suture point: of the handle of its pair that is nearest to it.
@@ -224,100 +276,4 @@ pub fn new_file(folder: &Path, stem: &str, extension: &str) -> Result<(PathBuf, 
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::overlay::example;
-    use protocol::scene_frame::FrameNode;
-    use protocol::wire::Field;
-
-    fn view(frame: u64, generation: u32, x_m: f32) -> View {
-        let mut view = View { frames: frame, ..View::default() };
-        let node = FrameNode { position_m: [x_m, 0.0, 0.0], spring_force_n: 0.5, ..FrameNode::EMPTY };
-        view.frame.elements = vec![node; 3];
-        view.frame.header.node_count = 3;
-        view.frame.header.scene_generation = generation;
-        view.frame.header.sim_time_s = frame as f64 * 0.01;
-        view
-    }
-
-    #[test]
-    fn the_deformation_is_the_way_since_the_pick_and_a_frame_counts_once() {
-        let mut samples = Samples::default();
-        assert!(samples.pick(&view(1, 1, 0.010), 2));
-        assert!(!samples.pick(&view(1, 1, 0.010), 3));
-        for _ in 0..3 {
-            samples.take(&view(2, 1, 0.013));
-        }
-        let curve = samples.all()[0].curve();
-        assert_eq!(curve.len(), 1);
-        // Single precision of a position of some centimetres.
-        assert!((curve[0].deformation_m - 0.003).abs() < 1e-8 && curve[0].spring_force_n == 0.5);
-        assert_eq!(samples.csv().lines().count(), 2);
-        assert!(samples.csv().ends_with("2,0.020000,0.003000000,0.500000,0.000000,0.000000\n"), "{}", samples.csv());
-    }
-
-    #[test]
-    fn fig6_a_suture_point_shows_the_force_of_the_hand_that_holds_it() {
-        let mut view = example::view();
-        let mut samples = Samples::default();
-        // Pair 1: left node 2, right node 3, 10 mm apart.
-        samples.pick(&view, 2);
-        samples.pick(&view, 3);
-        if let Some(servo) = &mut view.servo {
-            let at_m = view.frame.elements[3].position_m.map(f64::from);
-            let near_m = [at_m[0] - 0.001, at_m[1], at_m[2]];
-            servo.handles[0] = HandleState {
-                mode: 2,
-                pair: 1,
-                position_m: near_m,
-                applied_force_n: [0.0, 0.6, 0.8],
-                ..HandleState::EMPTY
-            };
-        }
-        view.frames += 1;
-        samples.take(&view);
-        let forces: Vec<f64> = samples.all().iter().map(|s| s.force_n(&s.curve()[0])).collect();
-        assert_eq!(forces, [0.0, 1.0]);
-    }
-
-    #[test]
-    fn a_restore_begins_anew_and_another_scene_ends_it() {
-        let mut samples = Samples::default();
-        samples.pick(&view(1, 1, 0.0), 0);
-        samples.take(&view(2, 1, 0.1));
-        samples.take(&view(3, 2, 0.1));
-        assert_eq!(samples.all()[0].curve().iter().map(|m| m.deformation_m).collect::<Vec<_>>(), [0.0]);
-        let mut other = view(4, 3, 0.0);
-        other.frame.header.node_count = 2;
-        samples.take(&other);
-        assert!(samples.all().is_empty());
-    }
-
-    #[test]
-    fn the_oldest_makes_room_and_a_full_curve_is_thinned() {
-        let mut samples = Samples::default();
-        for node in [0, 1, 2, 0] {
-            samples.pick(&view(1, 1, 0.0), node);
-        }
-        assert_eq!(samples.all().iter().map(Sample::node).collect::<Vec<_>>(), [1, 2, 0]);
-        for frame in 2..(2 + 3 * CAPACITY as u64) {
-            samples.take(&view(frame, 1, frame as f32));
-        }
-        let curve = samples.all()[0].curve();
-        assert!(curve.len() <= CAPACITY && curve.len() > CAPACITY / 2);
-        assert!(curve.windows(2).all(|w| w[0].time_s < w[1].time_s));
-        assert_eq!(samples.all()[0].curve.capacity(), CAPACITY);
-    }
-
-    #[test]
-    fn a_file_is_never_written_over() {
-        let folder = std::env::temp_dir().join(format!("viewer-samples-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).expect("a folder");
-        assert!(Samples::default().save(&folder).is_err());
-        let mut samples = Samples::default();
-        samples.pick(&view(1, 1, 0.0), 1);
-        let (first, second) = (samples.save(&folder).expect("one"), samples.save(&folder).expect("two"));
-        assert!(first.ends_with("samples-1.csv") && second.ends_with("samples-2.csv"));
-        std::fs::remove_dir_all(&folder).expect("removed");
-    }
-}
+mod tests;

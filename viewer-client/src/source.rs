@@ -3,7 +3,7 @@
 //! A running server also takes orders and, with a pointer device, a hand. A recording takes neither and says so.
 
 use crate::feed::{Feed, View};
-use crate::hand_thread::{HandThread, HandWish};
+use crate::hand_thread::MouseHand;
 use crate::notice::Notice;
 use crate::orders::{Order, Orders};
 use crate::overlay::situation::{HandMode, Link, TimeLine};
@@ -23,7 +23,7 @@ pub struct Live {
     feed: Feed,
     run: RunDir,
     orders: Orders,
-    hand: Option<(HandThread, Pointer)>,
+    hand: Option<MouseHand>,
     cleaned_ns: u64,
 }
 
@@ -139,11 +139,12 @@ impl Source {
         }
     }
 
-    /// The hand's pointer while the mouse is the hand.
-    pub fn pointer(&mut self) -> Option<&mut Pointer> {
-        match self {
-            Self::Live(live) => live.hand.as_mut().map(|(_, pointer)| pointer),
-            Self::Played(_) => None,
+    /// Does this with the hand's pointer and says it to the server, while the mouse is the hand.
+    pub fn act(&mut self, act: impl FnOnce(&mut Pointer)) {
+        if let Self::Live(live) = self
+            && let Some(hand) = &mut live.hand
+        {
+            hand.act(act);
         }
     }
 }
@@ -155,8 +156,8 @@ impl Live {
             self.feed.clean_up();
             self.cleaned_ns = now_ns;
         }
-        if let Some((thread, pointer)) = &self.hand {
-            thread.say(HandWish { position_m: pointer.target_m(), buttons: pointer.buttons() });
+        if let Some(hand) = &self.hand {
+            hand.say();
         }
         broken.or_else(|| self.orders.look(self.feed.view(), now_ns))
     }
@@ -178,9 +179,9 @@ impl Live {
             }
             None => return Notice::note("the server has not said yet what it drives; try again in a second"),
         };
-        match HandThread::start(&self.run) {
-            Ok(thread) => {
-                self.hand = Some((thread, Pointer::at(stylus_m)));
+        match MouseHand::start(&self.run, stylus_m) {
+            Ok(hand) => {
+                self.hand = Some(hand);
                 Notice::good("the mouse is the hand: left button takes and releases, wheel for depth, M ends it")
             }
             Err(sentence) => Notice::bad(sentence),

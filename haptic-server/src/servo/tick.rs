@@ -61,6 +61,7 @@ impl Servo {
     pub fn new(params: &ServoParams, rights: Rights) -> Self {
         let mut state = ServoState::EMPTY;
         state.handle_count = HANDLES_PER_DEVICE as u32;
+        state.period_ns = params.period_ns();
         for device in &mut state.devices {
             device.orientation = [0.0, 0.0, 0.0, 1.0];
         }

@@ -253,6 +253,10 @@ impl SolverSession {
         report.scene_generation = self.procedure.generation();
         report.scene_kind = scene.kind_code();
         report.stage = scene.suturing().stage().code();
+        let port = &self.port;
+        (report.pair, report.pair_count) = (port.pair, port.pair_count);
+        (report.gap_m, report.closed_gap_m) = (port.gap_m, port.closed_gap_m);
+        report.distance_floor_m = scene.distance_floor_m();
         report.control = match scene.control_mode() {
             None | Some(ControlMode::Off) => 0,
             Some(ControlMode::Sound) => 1,

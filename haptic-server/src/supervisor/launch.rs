@@ -23,6 +23,9 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
+/// The software renderers (llvmpipe, lavapipe) draw with so many threads; without it with one per core.
+const DRAWING_THREADS: &str = "LP_NUM_THREADS";
+
 /// What the children are started with.
 pub(super) struct Plan {
     servo: ServoSpec,
@@ -129,8 +132,17 @@ pub(super) fn solver(plan: &Plan, run: &RunDir, standing: Option<&Standing>) -> 
 pub(super) fn viewer(run: &RunDir) -> Result<ChildProcess, ServerError> {
     let mut command = Command::new(beside_this_program("viewer-client")?);
     command.arg("--run-dir").arg(run.path());
+    if std::env::var_os(DRAWING_THREADS).is_none() {
+        let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        command.env(DRAWING_THREADS, drawing_threads(cores).to_string());
+    }
     command.stdin(Stdio::null()).stdout(Stdio::null());
     ChildProcess::spawn("viewer-client", command)
+}
+
+/// Threads with which a processor may draw: one core is left to the servo, which may have no real-time rights.
+fn drawing_threads(cores: usize) -> usize {
+    cores.saturating_sub(1).max(1)
 }
 
 /// The scene options as the solver's command line has them.
@@ -169,5 +181,10 @@ mod tests {
             let second = of(scene_arguments(&first));
             assert_eq!(format!("{first:?}"), format!("{second:?}"), "{line}");
         }
+    }
+
+    #[test]
+    fn a_processor_that_draws_leaves_a_core_to_the_servo() {
+        assert_eq!([1, 2, 8].map(drawing_threads), [1, 1, 7]);
     }
 }

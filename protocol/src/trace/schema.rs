@@ -70,6 +70,7 @@ fn servo_state() -> Value {
         "mode",
         "fault",
         "flags",
+        "period_ns",
         "ticks",
         "missed",
         "port_sequence",
@@ -118,6 +119,8 @@ fn wound_report() -> Value {
         "points_taken",
         "grips_used",
         "scene_generation",
+        "pair",
+        "pair_count",
         "solver_steps",
         "step_time_ns",
         "step_time_max_ns",
@@ -125,6 +128,7 @@ fn wound_report() -> Value {
     stamped(
         all_of(&integer(), &counters)
             .chain(all_of(&number(), &["sim_time_s", "stability_number", "er_max"]))
+            .chain(all_of(&number(), &["gap_m", "closed_gap_m", "distance_floor_m"]))
             .chain([("integrator_reason", text), ("answers", list(&answer))])
             .chain([("rows", list(&row)), ("line_m", list(&vector))]),
     )

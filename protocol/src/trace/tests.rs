@@ -24,7 +24,7 @@ fn servo(tick: u64) -> ServoState {
         ..DeviceState::EMPTY
     };
     let handle = HandleState { position_m: [t, t / 3.0, -t], pair: 3, mode: 2, ..HandleState::EMPTY };
-    let mut m = ServoState { ticks: tick, handle_count: 2, ..ServoState::EMPTY };
+    let mut m = ServoState { ticks: tick, handle_count: 2, period_ns: 1_000_000, ..ServoState::EMPTY };
     m.devices[0] = device;
     m.handles[1] = handle;
     m.stamp(tick, tick * 1_000_000);
@@ -37,6 +37,11 @@ fn report(steps: u64) -> WoundReport {
         row_count: 2,
         line_point_count: 3,
         scene_generation: 7,
+        pair: 2,
+        pair_count: 4,
+        gap_m: 0.0021,
+        closed_gap_m: 0.0013,
+        distance_floor_m: 0.002,
         ..WoundReport::EMPTY
     };
     m.rows[1] = LedgerRow {

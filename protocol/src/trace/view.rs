@@ -31,6 +31,8 @@ pub(super) struct ServoView<'m> {
     mode: u32,
     fault: u32,
     flags: u32,
+    #[serde(default)]
+    period_ns: u64,
     ticks: u64,
     missed: u64,
     port_sequence: u64,
@@ -51,6 +53,7 @@ impl<'m> ServoView<'m> {
             mode: m.mode,
             fault: m.fault,
             flags: m.flags,
+            period_ns: m.period_ns,
             ticks: m.ticks,
             missed: m.missed,
             port_sequence: m.port_sequence,
@@ -69,6 +72,7 @@ impl<'m> ServoView<'m> {
             mode: self.mode,
             fault: self.fault,
             flags: self.flags,
+            period_ns: self.period_ns,
             ticks: self.ticks,
             missed: self.missed,
             port_sequence: self.port_sequence,
@@ -127,6 +131,16 @@ pub(super) struct ReportView<'m> {
     #[serde(default)]
     scene_generation: u32,
     #[serde(default)]
+    pair: u32,
+    #[serde(default)]
+    pair_count: u32,
+    #[serde(default)]
+    gap_m: f64,
+    #[serde(default)]
+    closed_gap_m: f64,
+    #[serde(default)]
+    distance_floor_m: f64,
+    #[serde(default)]
     integrator_reason: String,
     #[serde(default)]
     answers: Vec<AnswerView>,
@@ -157,6 +171,11 @@ impl<'m> ReportView<'m> {
             points_taken: m.points_taken,
             grips_used: m.grips_used,
             scene_generation: m.scene_generation,
+            pair: m.pair,
+            pair_count: m.pair_count,
+            gap_m: m.gap_m,
+            closed_gap_m: m.closed_gap_m,
+            distance_floor_m: m.distance_floor_m,
             integrator_reason: m.integrator_reason(),
             answers: m.answers.iter().take_while(|a| a.result != 0).map(AnswerView::of).collect(),
             solver_steps: m.solver_steps,
@@ -188,6 +207,11 @@ impl<'m> ReportView<'m> {
             points_taken: self.points_taken,
             grips_used: self.grips_used,
             scene_generation: self.scene_generation,
+            pair: self.pair,
+            pair_count: self.pair_count,
+            gap_m: self.gap_m,
+            closed_gap_m: self.closed_gap_m,
+            distance_floor_m: self.distance_floor_m,
             solver_steps: self.solver_steps,
             sim_time_s: self.sim_time_s,
             stability_number: self.stability_number,

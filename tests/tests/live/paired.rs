@@ -25,8 +25,6 @@ const BLOCK: Duration = Duration::from_secs(10);
 const BLOCKS: usize = 6;
 /// Viewers of a block work for this long before some are killed and stopped.
 const UNDISTURBED: Duration = Duration::from_secs(4);
-/// Period of the servo.
-const PERIOD_NS: u64 = 1_000_000;
 
 /// Who looks in a block.
 #[derive(Clone, Copy, PartialEq)]
@@ -46,13 +44,15 @@ struct Tick {
 fn recorded(file: &Path) -> Vec<Tick> {
     let mut reader = TraceReader::open(BufReader::new(File::open(file).expect("recorded"))).expect("MCAP");
     let mut states: Vec<(u64, u64, u64)> = Vec::new();
+    let mut period_ns = 0;
     while let Some((_, item)) = reader.next_item().expect("a sound message") {
         if let TraceItem::ServoState(state) = item {
             let ServoState { header, ticks, missed, .. } = *state;
+            period_ns = state.period_ns;
             states.push((header.time_ns, ticks, missed));
         }
     }
-    let offset = |&(time_ns, ticks, missed): &(u64, u64, u64)| time_ns.wrapping_sub((ticks + missed) * PERIOD_NS);
+    let offset = |&(time_ns, ticks, missed): &(u64, u64, u64)| time_ns.wrapping_sub((ticks + missed) * period_ns);
     let least = states.iter().map(offset).min().expect("ticks were recorded");
     states.iter().map(|s| Tick { time_ns: s.0, missed: s.2, late_ns: offset(s) - least }).collect()
 }

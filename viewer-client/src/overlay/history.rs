@@ -1,7 +1,7 @@
 //! What the viewer has seen over the last seconds: force, gap of the pair at work, wake-up spread of the servo.
 //!
-//! The servo ticks on a grid of one millisecond and skips what it misses, so a state's time minus its place on that
-//! grid, `time − 1 ms · (ticks + missed)`, is constant but for the jitter of its tick. The viewer sees one tick in some dozen:
+//! The servo ticks on a grid of its period T and skips what it misses, so a state's time minus its place on that
+//! grid, `time − T · (ticks + missed)`, is constant but for the jitter of its tick. The viewer sees one tick in some dozen:
 //! the spread it tells is that of the ticks it saw, not of all.
 
 use crate::feed::View;
@@ -11,18 +11,30 @@ use crate::series::Series;
 const SHOWN_S: f64 = 10.0;
 /// Seconds over which the spread is taken.
 const SPREAD_S: f64 = 2.0;
-/// Period of the servo, nanoseconds.
-const PERIOD_NS: u64 = 1_000_000;
+/// Period of a servo that does not tell it (an old recording), nanoseconds.
+const UNTOLD_PERIOD_NS: u64 = 1_000_000;
+/// Suturing stage: all stitches are tied.
+const DONE: u32 = 5;
 /// States that make a spread worth telling.
 const ENOUGH: usize = 20;
 
-/// Distance of the pair at work.
+/// Distance of the pair at work, as the solver ties by it: between the means of its patches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gap {
     /// Suture pair, from 0.
     pub pair: u32,
     /// Distance of its two points, metres.
     pub distance_m: f64,
+    /// At or below this it is closed, metres.
+    pub closed_m: f64,
+}
+
+/// A state on the grid of its servo: time and period in nanoseconds, number of the slot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Slot {
+    time_ns: u64,
+    number: u64,
+    period_ns: u64,
 }
 
 /// Curves over time.
@@ -32,7 +44,7 @@ pub(super) struct History {
     pub(super) gap: Series,
     /// Place on the grid of each state seen, microseconds from the first.
     wake: Series,
-    origin: Option<(u64, u64)>,
+    origin: Option<Slot>,
     /// Pair and generation whose gap is in the curve.
     followed: (u32, u32),
     missed_at_start: Option<u64>,
@@ -59,9 +71,13 @@ impl History {
             let force = servo.devices.iter().map(|d| norm(&d.force_n)).fold(0.0, f64::max);
             self.force.push(time_s, force);
             self.missed_at_start.get_or_insert(servo.missed);
-            let slot = servo.ticks.saturating_add(servo.missed);
-            let origin = *self.origin.get_or_insert((servo.header.time_ns, slot));
-            match off_grid_us(origin, (servo.header.time_ns, slot)) {
+            let slot = Slot {
+                time_ns: servo.header.time_ns,
+                number: servo.ticks.saturating_add(servo.missed),
+                period_ns: if servo.period_ns == 0 { UNTOLD_PERIOD_NS } else { servo.period_ns },
+            };
+            let origin = *self.origin.get_or_insert(slot);
+            match off_grid_us(origin, slot) {
                 Some(off_us) => self.wake.push(time_s, off_us),
                 None => {
                     // Another run, or a replay that was wound back.
@@ -70,13 +86,13 @@ impl History {
                 }
             }
         }
-        if let Some(gap) = gap(view) {
-            let followed = (gap.pair, view.frame.header.scene_generation);
+        if let (Some(report), Some(gap)) = (&view.report, gap(view)) {
+            let followed = (gap.pair, report.scene_generation);
             if followed != self.followed {
                 self.gap.clear();
                 self.followed = followed;
             }
-            self.gap.push(view.frame.header.sim_time_s, gap.distance_m);
+            self.gap.push(report.sim_time_s, gap.distance_m);
         } else {
             self.gap.clear();
         }
@@ -94,28 +110,19 @@ impl History {
     }
 }
 
-/// Microseconds by which a state is off the grid that the first one began; `None` when it lies before that.
-fn off_grid_us(first: (u64, u64), now: (u64, u64)) -> Option<f64> {
-    let time = now.0.checked_sub(first.0)?;
-    let grid = now.1.checked_sub(first.1)?.checked_mul(PERIOD_NS)?;
-    Some((time as f64 - grid as f64) * 1e-3)
+/// Microseconds by which a state is off the grid that the first one began; `None` when it is of another grid or lies before that.
+fn off_grid_us(first: Slot, now: Slot) -> Option<f64> {
+    let time = now.time_ns.checked_sub(first.time_ns)?;
+    let grid = now.number.checked_sub(first.number)?.checked_mul(now.period_ns)?;
+    (now.period_ns == first.period_ns).then_some((time as f64 - grid as f64) * 1e-3)
 }
 
-/// The pair at work and its distance: the pair in the hand, else the first one without a stitch.
+/// The pair at work and its distance, as the solver tells them; `None` when the last one is tied, and in old recordings.
 #[must_use]
 pub fn gap(view: &View) -> Option<Gap> {
-    let parts = view.outline_of_frame()?;
     let report = view.report.as_ref()?;
-    let in_hand = view.servo.iter().flat_map(|s| &s.handles).find(|h| h.mode != 0).map(|h| h.pair);
-    let rows = report.rows.get(..report.row_count as usize).unwrap_or(&[]);
-    let tied = |pair: u32| rows.iter().any(|row| row.scene_index == report.scene_index && row.pair == pair);
-    let count = (parts.pairs.len() / 2) as u32;
-    let pair = in_hand.or_else(|| (0..count).find(|pair| !tied(*pair)))?;
-    let nodes = parts.pairs.get(2 * pair as usize..2 * pair as usize + 2)?;
-    let [left, right] = [nodes[0], nodes[1]].map(|n| view.frame.elements.get(n as usize).map(|n| n.position_m));
-    let (left, right) = (left?, right?);
-    let apart = [0, 1, 2].map(|k| f64::from(left[k] - right[k]));
-    Some(Gap { pair, distance_m: norm(&apart) })
+    let is_told = report.pair < report.pair_count && report.closed_gap_m > 0.0 && report.stage != DONE;
+    is_told.then_some(Gap { pair: report.pair, distance_m: report.gap_m, closed_m: report.closed_gap_m })
 }
 
 /// |v|.
@@ -129,20 +136,33 @@ mod tests {
     use crate::overlay::example;
 
     #[test]
-    fn the_pair_in_the_hand_is_at_work_else_the_first_without_a_stitch() {
+    fn the_gap_is_the_one_that_the_solver_ties_by() {
         let mut view = example::view();
-        let tied = view.report.as_ref().map_or(0, |r| r.row_count);
-        assert_eq!(gap(&view).map(|g| g.pair), Some(tied));
-        if let Some(servo) = &mut view.servo {
-            servo.handles[0].mode = 1;
-            servo.handles[0].pair = 0;
+        // The surface nodes of the pair are 10 mm apart, their patches less.
+        assert_eq!(gap(&view), Some(Gap { pair: 3, distance_m: 0.0098, closed_m: 0.0013 }));
+        let mut history = History::default();
+        history.take(&view);
+        assert_eq!(history.gap.newest().map(|p| p[1]), Some(0.0098));
+        if let Some(report) = &mut view.report {
+            report.stage = DONE;
         }
-        let found = gap(&view).expect("a pair");
-        // The example's pairs are 10 mm apart, in single precision.
-        assert_eq!(found.pair, 0);
-        assert!((found.distance_m - 0.010).abs() < 1e-8, "{found:?}");
-        view.outlines = 0;
         assert_eq!(gap(&view), None);
+    }
+
+    #[test]
+    fn a_servo_of_another_period_has_another_grid() {
+        for (period_ns, told_ns) in [(500_000, 500_000), (1_000_000, 0)] {
+            let mut history = History::default();
+            let mut view = example::view();
+            let mut state = view.servo.take().expect("a servo state");
+            for i in 0..100_u64 {
+                (state.ticks, state.missed, state.period_ns) = (16 * i, 0, told_ns);
+                state.header.time_ns = 5_000_000_000 + period_ns * state.ticks;
+                view.servo = Some(state);
+                history.take(&view);
+            }
+            assert_eq!(history.wake_spread_us(), Some(0.0));
+        }
     }
 
     #[test]
@@ -154,13 +174,14 @@ mod tests {
             state.ticks = 16 * i;
             state.missed = i / 10;
             let late_ns = if i == 60 { 40_000 } else { 0 };
-            state.header.time_ns = 5_000_000_000 + PERIOD_NS * (state.ticks + state.missed) + late_ns;
+            state.header.time_ns = 5_000_000_000 + state.period_ns * (state.ticks + state.missed) + late_ns;
             view.servo = Some(state);
             history.take(&view);
         }
         let spread = history.wake_spread_us().expect("enough states");
         assert!((spread - 40.0).abs() < 1e-6, "{spread}");
         assert_eq!(history.missed_since(state.missed), 9);
-        assert_eq!(off_grid_us((10, 10), (9, 11)), None);
+        let slot = Slot { time_ns: 10, number: 10, period_ns: 1 };
+        assert_eq!(off_grid_us(slot, Slot { time_ns: 9, number: 11, ..slot }), None);
     }
 }

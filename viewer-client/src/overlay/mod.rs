@@ -248,10 +248,11 @@ mod tests {
             "live, 3 ms old",
             "0.50 N",
             "Gap of pair 4",
-            "10.00 mm",
+            "9.80 mm",
+            "closed 1.30",
             "active",
         ];
-        for piece in expected.into_iter().chain(["Table 1", "1.29", "7.5", "Fig. 8", "control on", "4.0 ms, affine"]) {
+        for piece in expected.into_iter().chain(["Table 1", "1.32", "6.0", "Fig. 8", "control on", "4.0 ms, affine"]) {
             assert!(text.contains(piece), "{piece:?} is missing in\n{text}");
         }
         assert!(!text.contains("Fault"));

@@ -111,6 +111,13 @@ impl Plot {
         }
     }
 
+    /// A level across the plot with its name, dashed.
+    pub(super) fn level(&self, y: f64, name: &str, colour: Color32) {
+        let ends = [self.at([self.x.low, y]), self.at([self.x.high, y])];
+        self.painter.extend(Shape::dashed_line(&ends, Stroke::new(1.0, colour), 4.0, 3.0));
+        self.painter.text(ends[1] - vec2(2.0, 1.0), Align2::RIGHT_BOTTOM, name, style::small(), colour);
+    }
+
     /// Small text in the upper left corner.
     pub(super) fn note(&self, text: &str) {
         let corner = self.area.left_top() + vec2(3.0, 1.0);

@@ -1,20 +1,20 @@
 //! Radar chart of the stitches (Zhang et al., Fig. 8): one axis per stitch, red the original distance `D_o`, blue the current
-//! distance `D_c`, dashed the band of 10 % around `D_o` in which Algorithm 2 does not act.
+//! distance `D_c`, dashed where Algorithm 2 begins to act: at `D_o + 0.1 · max(D_o, D_floor)` with control on, on both sides of
+//! `D_o` as printed in the paper, nowhere with control off or where the server has not told `D_floor`.
 //!
 //! The rim is a tenth beyond the largest distance. One or two stitches make no polygon: they are drawn as points on their axes.
 
 use super::style;
-use super::table::rows;
+use super::table::{BAND, rows};
 use crate::feed::View;
 use egui::{Align2, Color32, Painter, Pos2, Sense, Shape, Stroke, Ui, vec2};
+use protocol::wound_report::{LedgerRow, WoundReport};
 use std::f32::consts::{FRAC_PI_2, TAU};
 
 /// Height of the chart, points.
 const HEIGHT: f32 = 168.0;
 /// Room for the labels at the rim.
 const LABELS: f32 = 18.0;
-/// Algorithm 2 acts beyond this part of `D_o`.
-const BAND: f64 = 0.10;
 
 /// Where points of the chart lie.
 struct Chart {
@@ -36,6 +36,21 @@ impl Chart {
     }
 }
 
+/// On which sides of `D_o` the control of this report begins to act, as signs.
+fn sides(report: &WoundReport) -> &'static [f64] {
+    match report.control {
+        1 if report.distance_floor_m > 0.0 => &[1.0],
+        2 if report.distance_floor_m > 0.0 => &[1.0, -1.0],
+        _ => &[],
+    }
+}
+
+/// The distance of a stitch at which the control begins to act on this side, metres.
+fn limit_m(report: &WoundReport, row: &LedgerRow, side: f64) -> f64 {
+    let original_m = row.original_distance_m;
+    (original_m + side * BAND * original_m.max(report.distance_floor_m)).max(0.0)
+}
+
 pub(super) fn show(ui: &mut Ui, view: &View) {
     let Some(report) = &view.report else { return };
     let count = rows(report).count();
@@ -44,7 +59,9 @@ pub(super) fn show(ui: &mut Ui, view: &View) {
     }
     style::title(ui, "Distances (Fig. 8)", "", style::TEXT);
     let (response, painter) = ui.allocate_painter(vec2(ui.available_width(), HEIGHT), Sense::hover());
-    let largest = rows(report).map(|r| r.original_distance_m.max(r.current_distance_m)).fold(1e-6, f64::max);
+    let own = rows(report).map(|r| r.original_distance_m.max(r.current_distance_m));
+    let outer = sides(report).iter().flat_map(|side| rows(report).map(move |r| limit_m(report, r, *side)));
+    let largest = own.chain(outer).fold(1e-6, f64::max);
     let radius = response.rect.height().min(response.rect.width()) / 2.0 - LABELS;
     let chart = Chart { centre: response.rect.center(), radius, axes: count, rim_m: 1.1 * largest };
     for (axis, row) in rows(report).enumerate() {
@@ -55,8 +72,8 @@ pub(super) fn show(ui: &mut Ui, view: &View) {
     for part in [0.5, 1.0] {
         painter.circle_stroke(chart.centre, chart.radius * part, Stroke::new(1.0, style::GRID));
     }
-    for factor in [1.0 - BAND, 1.0 + BAND] {
-        let mut band = chart.ring(rows(report).map(|r| r.original_distance_m * factor));
+    for side in sides(report) {
+        let mut band = chart.ring(rows(report).map(|r| limit_m(report, r, *side)));
         band.extend(band.first().copied());
         painter.extend(Shape::dashed_line(&band, Stroke::new(1.0, style::RED.gamma_multiply(0.6)), 2.0, 3.0));
     }
@@ -93,5 +110,25 @@ mod tests {
         assert!(near(chart.at(0, 0.004), egui::pos2(10.0, 12.0)));
         assert!(near(chart.at(1, 0.002), egui::pos2(14.0, 20.0)));
         assert_eq!(chart.ring([0.001, 0.002, 0.003, 0.004].into_iter()).len(), 4);
+    }
+
+    #[test]
+    fn algorithm2_the_dashed_line_is_where_the_control_begins_to_act() {
+        let mut report = crate::overlay::example::view().report.expect("a report");
+        let limits = |report: &WoundReport| -> Vec<f64> {
+            let row = &report.rows[0];
+            // Nanometres.
+            sides(report).iter().map(|side| (limit_m(report, row, *side) * 1e9).round()).collect()
+        };
+        // D_o = 1.2 mm lies under the floor of 2 mm.
+        assert_eq!(limits(&report), [1_400_000.0]);
+        report.control = 2;
+        assert_eq!(limits(&report), [1_400_000.0, 1_000_000.0]);
+        report.rows[0].original_distance_m = 0.004;
+        assert_eq!(limits(&report), [4_400_000.0, 3_600_000.0]);
+        report.control = 0;
+        assert!(limits(&report).is_empty());
+        (report.control, report.distance_floor_m) = (1, 0.0);
+        assert!(limits(&report).is_empty());
     }
 }

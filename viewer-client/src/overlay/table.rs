@@ -1,7 +1,8 @@
 //! Table 1 live: one row per stitch of the scene, with the distances, the relative error and what holds it.
 //!
 //! Zhang et al., Table 1 lists positions and distances, original and current; positions are told when the pointer rests on a
-//! row. `ER = |D_c − D_o| / max(D_o, D_floor)` comes from the solver; above 10 % Algorithm 2 acts.
+//! row. `ER = |D_c − D_o| / max(D_o, D_floor)` comes from the solver; a stitch that has opened by more
+//! than 10 % is red: control acts on it, when it is on. One that has tightened is not marked, however far.
 
 use super::style;
 use crate::feed::View;
@@ -13,8 +14,8 @@ use protocol::wound_report::{LedgerRow, WoundReport};
 const MM: f64 = 1e3;
 /// Rows that are shown; the newest ones win.
 const SHOWN: usize = 8;
-/// Algorithm 2 acts above this.
-const BAND: f64 = 0.10;
+/// Algorithm 2 acts above this part of `max(D_o, D_floor)`.
+pub(super) const BAND: f64 = 0.10;
 
 /// Rows of the scene at work.
 pub(super) fn rows(report: &WoundReport) -> impl Iterator<Item = &LedgerRow> {
@@ -49,7 +50,7 @@ pub(super) fn show(ui: &mut Ui, view: &View) {
             ui.end_row();
         }
     });
-    style::row(ui, "largest ER", &format!("{:.1} %{}", 100.0 * worst, remarks(report)), error_colour(worst));
+    style::row(ui, "largest ER", &format!("{:.1} %{}", 100.0 * worst, remarks(report)), worst_colour(report));
 }
 
 fn cells(row: &LedgerRow) -> [(String, Color32); 5] {
@@ -57,20 +58,30 @@ fn cells(row: &LedgerRow) -> [(String, Color32); 5] {
     [
         (format!("{:.2}", row.original_distance_m * MM), style::RED),
         (format!("{:.2}", row.current_distance_m * MM), style::BLUE),
-        (format!("{:.1}", 100.0 * row.relative_error), error_colour(row.relative_error)),
+        (format!("{:.1}", 100.0 * row.relative_error), error_colour(row)),
         (format!("{:.2}", row.holding_force_n), if acts { style::WATCH } else { style::WEAK }),
         (format!("{:.2}", row.stitch_tension_n), style::TEXT),
     ]
 }
 
-fn error_colour(relative: f64) -> Color32 {
-    if relative <= BAND / 2.0 {
+fn error_colour(row: &LedgerRow) -> Color32 {
+    let relative = row.relative_error;
+    if row.current_distance_m <= row.original_distance_m {
+        style::TEXT
+    } else if relative <= BAND / 2.0 {
         style::GOOD
     } else if relative <= BAND {
         style::WATCH
     } else {
         style::BAD
     }
+}
+
+/// Colour of the stitch that has opened most.
+fn worst_colour(report: &WoundReport) -> Color32 {
+    let opened = rows(report).filter(|row| row.current_distance_m > row.original_distance_m);
+    let worst = opened.max_by(|a, b| a.relative_error.total_cmp(&b.relative_error));
+    worst.map_or(style::TEXT, error_colour)
 }
 
 /// What happened to stitches, in as few words as fit.
@@ -105,11 +116,22 @@ mod tests {
         let mut report = example::view().report.expect("a report");
         assert_eq!(rows(&report).count(), 3);
         let cells = cells(rows(&report).nth(1).expect("a row"));
-        assert_eq!(cells.clone().map(|c| c.0), ["1.20", "1.29", "7.5", "0.40", "0.25"]);
+        assert_eq!(cells.clone().map(|c| c.0), ["1.20", "1.32", "6.0", "0.40", "0.25"]);
         assert_eq!(cells[2].1, style::WATCH);
         report.rows[0].scene_index = 7;
         report.rows[1].flags |= 8;
         assert_eq!(rows(&report).count(), 2);
         assert_eq!(remarks(&report), ", 1 pulled through");
+    }
+
+    #[test]
+    fn only_a_stitch_that_has_opened_is_red() {
+        let mut report = example::view().report.expect("a report");
+        (report.rows[0].current_distance_m, report.rows[0].relative_error) = (0.0009, 0.15);
+        assert_eq!(error_colour(&report.rows[0]), style::TEXT);
+        assert_eq!(worst_colour(&report), style::WATCH);
+        (report.rows[0].current_distance_m, report.rows[0].relative_error) = (0.0015, 0.15);
+        assert_eq!(error_colour(&report.rows[0]), style::BAD);
+        assert_eq!(worst_colour(&report), style::BAD);
     }
 }

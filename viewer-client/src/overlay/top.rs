@@ -1,6 +1,6 @@
 //! The strip at the top: which scene of the procedure, how many stitches, what to do next, and how the connection is.
 
-use super::situation::{HandMode, Link, Picture, Situation};
+use super::situation::{FrameTime, HandMode, Link, Picture, Situation};
 use super::style;
 use super::table;
 use crate::feed::View;
@@ -19,11 +19,7 @@ pub(super) fn show(ui: &mut Ui, view: &View, situation: &Situation<'_>) {
             let (text, colour) = connection(situation.link);
             ui.label(RichText::new(text).color(colour).size(style::SMALL));
             if let Some(times) = situation.frame_time {
-                let text = format!(
-                    "{:.0} pictures/s, {:.1} ms each (1 in 100: {:.1})",
-                    times.per_second, times.work_p50_ms, times.work_p99_ms
-                );
-                ui.label(RichText::new(text).color(style::WEAK).size(style::SMALL));
+                ui.label(RichText::new(pace(&times)).color(style::WEAK).size(style::SMALL));
             }
             if situation.picture == Picture::Paused {
                 ui.label(RichText::new("picture held (Space)").color(style::WATCH));
@@ -33,6 +29,11 @@ pub(super) fn show(ui: &mut Ui, view: &View, situation: &Situation<'_>) {
             }
         });
     });
+}
+
+/// How often, and for how long the processor works for a picture: what a graphics card then does is not in it.
+fn pace(times: &FrameTime) -> String {
+    format!("{:.0} pictures/s, CPU {:.1} ms (1 in 100: {:.1})", times.per_second, times.work_p50_ms, times.work_p99_ms)
 }
 
 fn progress(ui: &mut Ui, view: &View) {
@@ -93,6 +94,8 @@ mod tests {
     fn the_connection_is_told_in_words() {
         assert_eq!(connection(Link::Live(4_600_000)).0, "live, 5 ms old");
         assert_eq!(connection(Link::Gone).1, style::BAD);
+        let times = FrameTime { work_p50_ms: 1.25, work_p99_ms: 4.0, per_second: 60.0 };
+        assert_eq!(pace(&times), "60 pictures/s, CPU 1.2 ms (1 in 100: 4.0)");
         assert_eq!(capital("vessel"), "Vessel");
     }
 }

@@ -72,3 +72,23 @@ pub(super) fn ledger_row(row: &ProcedureRow) -> LedgerRow {
 
 /// Rows of Table 1 that a report can carry: three scenes of sixteen stitches.
 const _: () = assert!(MAX_LEDGER_ROWS >= 3 * 16);
+
+#[cfg(test)]
+mod tests {
+    use crate::solver::session::SolverSession;
+    use sim_core::scene::presets;
+    use sim_core::scene::procedure::SceneSource;
+
+    #[test]
+    fn the_report_tells_the_gap_that_the_port_tells_and_the_floor_of_er() {
+        let config = presets::skin();
+        let floor_m = 1e-3 * config.control.as_ref().expect("control").distance_floor_mm;
+        let mut session = SolverSession::new(&[SceneSource { config, mesh: None }]).expect("a preset");
+        session.step(None, None, 1);
+        let (port, report) = (session.port(), session.report());
+        assert_eq!((report.pair, report.pair_count), (port.pair, port.pair_count));
+        assert_eq!((report.gap_m, report.closed_gap_m), (port.gap_m, port.closed_gap_m));
+        assert!(report.gap_m > report.closed_gap_m && report.closed_gap_m > 0.0);
+        assert_eq!(report.distance_floor_m, floor_m);
+    }
+}

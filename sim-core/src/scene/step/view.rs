@@ -67,6 +67,12 @@ impl Scene {
         self.course.as_ref().map(|c| c as &LineCourse)
     }
 
+    /// `D_floor` of `ER`, metres; 0 in a scene without a suture line.
+    #[must_use]
+    pub fn distance_floor_m(&self) -> f64 {
+        self.stitching.as_ref().map_or(0.0, |s| s.ledger().distance_floor_m())
+    }
+
     /// Control mode; `None` when the scene has no control.
     #[must_use]
     pub fn control_mode(&self) -> Option<ControlMode> {

@@ -207,7 +207,7 @@ fn a_person_with_a_mouse_orbits_picks_sutures_restores_and_quits() {
     person.key("k");
     let saved = person.viewer.expect("saved");
     let csv = std::fs::read_to_string(saved["file"].as_str().expect("a path")).expect("the file that was told");
-    assert!(csv.starts_with("node,time_s,deformation_m"), "{csv}");
+    assert!(csv.starts_with("# node ") && csv.contains("\nnode,time_s,deformation_m"), "{csv}");
 
     suture(&mut person, &mut eyes, &sight);
     assert!(felt(&mut person, &picked["node"]) > FELT_N, "the curve of a sutured point knows no force of the hand");
