@@ -3,7 +3,6 @@
 
 use crate::feed::Feed;
 use crate::headless::{self, Failure, HeadlessArgs};
-use crate::replay::Recording;
 use crate::source::Source;
 use crate::status;
 use crate::tell::Tell;
@@ -93,7 +92,7 @@ fn unavailable(sentence: String) -> Failure {
 
 fn open_window(cli: &Cli) -> Result<(), Failure> {
     let source = match &cli.replay {
-        Some(path) => Source::played(Recording::open(path)?),
+        Some(path) => Source::played(headless::opened(path)?),
         None => Source::live(find(cli).map_err(unavailable)?).map_err(|e| unavailable(e.to_string()))?,
     };
     let opening = Opening {

@@ -84,7 +84,7 @@ pub fn run(
         look.quality = Quality::Full;
     }
     let mut source = match replay {
-        Some(path) => Source::Replay(Box::new(Recording::open(path)?)),
+        Some(path) => Source::Replay(Box::new(opened(path)?)),
         None => {
             let run = join().map_err(|e| Failure::unavailable(&e))?;
             let feed = Box::new(Feed::join(&run).map_err(|e| Failure::unavailable(&e))?);
@@ -217,4 +217,11 @@ fn sequence(args: &HeadlessArgs, source: &mut Source, studio: &mut Studio, folde
     }
     say_notice(studio);
     Ok(())
+}
+
+/// Opens a recording and says what is missing in it.
+pub(crate) fn opened(path: &Path) -> Result<Recording, Failure> {
+    let recording = Recording::open(path)?;
+    recording.remarks().for_each(|remark| eprintln!("viewer-client: {}: {remark}", path.display()));
+    Ok(recording)
 }

@@ -66,11 +66,14 @@ struct Track<T> {
     every: u64,
     came: u64,
     items: Vec<(u64, T)>,
+    /// Memory of one item, and of all that are kept.
+    size: fn(&T) -> usize,
+    bytes: usize,
 }
 
 impl<T> Track<T> {
-    fn new(every: u64) -> Self {
-        Self { every, came: 0, items: Vec::new() }
+    fn new(every: u64, size: fn(&T) -> usize) -> Self {
+        Self { every, came: 0, items: Vec::new(), size, bytes: 0 }
     }
 
     /// Keeps an item if it is its turn. Time never goes back: a late item counts as of the last one's time.
@@ -81,6 +84,7 @@ impl<T> Track<T> {
             return;
         }
         let last = self.items.last().map_or(0, |(last, _)| *last);
+        self.bytes += (self.size)(&item);
         self.items.push((time_ns.max(last), item));
     }
 
@@ -92,6 +96,7 @@ impl<T> Track<T> {
             index % 2 == 1
         });
         self.every *= 2;
+        self.bytes = self.items.iter().map(|(_, item)| (self.size)(item)).sum();
     }
 
     /// Index of the newest item at a time.
@@ -132,10 +137,10 @@ impl Recording {
         let trace = |source| ReplayError::Trace { path: path.to_owned(), source };
         let mut reader = TraceReader::open(BufReader::new(file)).map_err(trace)?;
         let mut recording = Self {
-            servo: Track::new(SERVO_EVERY),
-            reports: Track::new(1),
-            frames: Track::new(1),
-            outlines: Track::new(1),
+            servo: Track::new(SERVO_EVERY, |_| size_of::<ServoState>()),
+            reports: Track::new(1, |_| size_of::<WoundReport>()),
+            frames: Track::new(1, |f: &SceneFrame| size_of_val(f.elements.as_slice())),
+            outlines: Track::new(1, |o: &SceneOutline| size_of_val(o.elements.as_slice())),
             span_ns: (u64::MAX, 0),
             ending: None,
             shown: (None, None),
@@ -175,14 +180,9 @@ impl Recording {
         }
     }
 
-    /// Memory of what is kept; all frames count like the newest.
+    /// Memory of what is kept.
     fn bytes(&self) -> usize {
-        let frame = self.frames.items.last().map_or(0, |(_, f)| size_of_val(f.elements.as_slice()));
-        let outlines: usize = self.outlines.items.iter().map(|(_, o)| size_of_val(o.elements.as_slice())).sum();
-        self.frames.items.len() * frame
-            + outlines
-            + self.reports.items.len() * size_of::<WoundReport>()
-            + self.servo.items.len() * size_of::<ServoState>()
+        self.frames.bytes + self.outlines.bytes + self.reports.bytes + self.servo.bytes
     }
 
     /// Length in seconds.
@@ -195,6 +195,18 @@ impl Recording {
     #[must_use]
     pub fn frame_count(&self) -> usize {
         self.frames.items.len()
+    }
+
+    /// What was left out to fit into memory, as a sentence.
+    #[must_use]
+    pub fn thinning(&self) -> Option<String> {
+        let every = self.frames.every;
+        (every > 1).then(|| format!("the recording is long: one frame in {every} is shown"))
+    }
+
+    /// What a person should know before looking at it: what is missing at its end, and in between.
+    pub fn remarks(&self) -> impl Iterator<Item = String> {
+        self.ending.iter().map(|ending| format!("{ending}; what came before is shown")).chain(self.thinning())
     }
 
     /// What ended the recording before its time, as a sentence.

@@ -103,10 +103,12 @@ fn what_is_no_recording_is_refused() {
 fn a_long_recording_is_thinned_to_the_memory_given() {
     let (_folder, path) = recording();
     let whole = Recording::open(&path).unwrap();
+    assert_eq!(whole.remarks().count(), 0);
     let frame = size_of_val(whole.view().frame.elements.as_slice());
     let mut thinned = Recording::open_within(&path, 12 * frame).unwrap();
     assert!(thinned.frame_count() * frame <= 12 * frame && thinned.frame_count() >= 3);
     assert_eq!(thinned.duration_s(), whole.duration_s());
+    assert!(thinned.remarks().any(|r| r.contains("one frame in")), "{:?}", thinned.remarks().collect::<Vec<_>>());
     assert_eq!(thinned.seek(0.0).frame.header.header.sequence, 1);
 }
 
