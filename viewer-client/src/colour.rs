@@ -19,8 +19,6 @@ pub const STOPS: [[f32; 3]; 9] = [
     [0.678, 0.864, 0.190],
     [0.993, 0.906, 0.144],
 ];
-/// Nodes that are looked at for the legend's end; of a larger scene every k-th.
-const SAMPLED_NODES: usize = 4096;
 /// Share of the way down that the legend's end goes with each frame.
 const DESCENT: f32 = 0.02;
 
@@ -126,8 +124,7 @@ impl Scale {
             return;
         }
         let nodes = &view.frame.elements;
-        let stride = nodes.len().div_ceil(SAMPLED_NODES).max(1);
-        let largest = nodes.iter().step_by(stride).map(|n| colour.value(n)).fold(colour.least(), f32::max);
+        let largest = nodes.iter().map(|n| colour.value(n)).fold(colour.least(), f32::max);
         let end = match self.shown {
             Some(before) if before.colour == colour => largest.max(before.end + DESCENT * (largest - before.end)),
             _ => largest,

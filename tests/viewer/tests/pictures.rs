@@ -72,8 +72,13 @@ fn fast() {
 fn go_near(studio: &mut Studio) {
     const BORDER_M: f64 = 0.0015;
     let view = view(Kind::Skin);
-    let lefts = view.report.iter().map(|r| r.rows[0].left_current_m);
-    let corners = lefts.flat_map(|p| [-BORDER_M, BORDER_M].map(|b| p.map(|c| (c + b) as f32)));
+    let rows = view.report.iter().map(|r| &r.rows[0]);
+    // The knot sits three tenths of the way to the right point; the middle of point and knot is in the middle.
+    let middles = rows.map(|row| {
+        let (left, right) = (row.left_current_m, row.right_current_m);
+        std::array::from_fn::<f64, 3, _>(|c| left[c] + 0.15 * (right[c] - left[c]))
+    });
+    let corners = middles.flat_map(|p| [-BORDER_M, BORDER_M].map(|b| p.map(|c| (c + b) as f32)));
     studio.camera.frame_all(corners, SIZE[0] as f32 / SIZE[1] as f32);
 }
 

@@ -153,7 +153,10 @@ fn scaled(value: f32) -> vec3f {
 fn shown(colour: vec3f) -> vec4f {
     // Straight up to 0.7, then bending towards 1.
     let over = max(colour - 0.7, vec3f(0.0));
-    let mapped = min(colour, vec3f(0.7)) + 0.3 * over / (over + 0.3);
+    return stored(min(colour, vec3f(0.7)) + 0.3 * over / (over + 0.3));
+}
+
+fn stored(mapped: vec3f) -> vec4f {
     if globals.eye.w > 0.5 {
         if FULL {
             return vec4f(pow(mapped, vec3f(1.0 / 2.2)), 1.0);

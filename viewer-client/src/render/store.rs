@@ -25,9 +25,19 @@ impl Store {
             return Room::Same;
         }
         // A quarter more, so that a growing line does not ask again with every point.
-        let wanted = (bytes + bytes / 4).min(gpu.device.limits().max_buffer_size).max(bytes);
+        let wanted = (bytes + bytes / 4).min(self.most(gpu)).max(bytes);
         self.buffer = make(gpu, self.label, self.usage, wanted.next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT));
         Room::Other
+    }
+
+    /// Largest buffer that can be bound as this one is.
+    fn most(&self, gpu: &Gpu) -> u64 {
+        let limits = gpu.device.limits();
+        if self.usage.contains(BufferUsages::STORAGE) {
+            limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+        } else {
+            limits.max_buffer_size
+        }
     }
 
     /// Makes room and writes.

@@ -188,8 +188,15 @@ fn fragment(seen: Seen) -> @location(0) vec4f {
     } else if LOOK == 2u {
         look = vessel(material, depth, rest, edge);
     } else {
-        let dim = select(0.55, 1.0, OUTER);
-        look = Look(Material(scaled(seen.rest.w) * dim, vec3f(0.25), 0.10, 24.0, 1.0), 0.0);
+        if !OUTER {
+            // Cut faces and what lies beneath have no nodes of their own to colour.
+            let grey = Material(vec3f(0.30), vec3f(0.0), 0.05, 24.0, 1.0);
+            return shown(lit(grey, seen.position.xyz, normalize(seen.normal.xyz)));
+        }
+        // As in the legend: no lamp, no shadow, no gloss; only a little darker where the face turns away.
+        let to_eye = normalize(globals.eye.xyz - seen.position.xyz);
+        let turned = 1.0 - abs(dot(normalize(seen.normal.xyz), to_eye));
+        return stored(scaled(seen.rest.w) * (1.0 - 0.35 * turned * turned));
     }
     var normal = normalize(seen.normal.xyz);
     if FULL {

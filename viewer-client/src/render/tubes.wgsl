@@ -1,5 +1,5 @@
-// The suture line: a round tube from point to point. A ring of eight at both ends of a piece; the rings of two pieces
-// at their common point are the same, since both take the direction of that point.
+// The suture line: a round tube from point to point. A ring of eight at both ends of a piece, each across the direction
+// of its end; both begin at the same side of the piece, or the tube would be wrung between them.
 
 struct Seen {
     @builtin(position) clip: vec4f,
@@ -26,8 +26,10 @@ fn place(k: u32, piece: Piece) -> array<vec3f, 2> {
     let end = (k & 1u) == 1u;
     let at = select(piece.from_end, piece.to_end, end);
     let t = normalize(select(piece.from_direction.xyz, piece.to_direction.xyz, end));
-    let aside = select(vec3f(0.19, 0.27, 0.94), vec3f(0.94, 0.19, 0.27), abs(t.z) > 0.8);
-    let u = normalize(cross(t, aside));
+    let middle = normalize(normalize(piece.from_direction.xyz) + normalize(piece.to_direction.xyz) + 1.0e-4 * t);
+    let aside = select(vec3f(0.19, 0.27, 0.94), vec3f(0.94, 0.19, 0.27), abs(middle.z) > 0.8);
+    let side = cross(middle, aside);
+    let u = normalize(side - dot(side, t) * t);
     let v = cross(t, u);
     let turn = f32(k >> 1u) * 6.2831853 / f32(SIDES);
     let normal = cos(turn) * u + sin(turn) * v;
