@@ -78,7 +78,11 @@ impl Feed {
             self.view.servo = Some(servo);
         }
         if let Some(report) = kept(self.reports.newest(), &mut self.view.rejected)? {
-            self.view.report = Some(Box::new(report));
+            // Into the memory that the last report took.
+            match &mut self.view.report {
+                Some(kept) => **kept = report,
+                none => *none = Some(Box::new(report)),
+            }
         }
         if let Some(outline) = kept(self.outlines.newest(), &mut self.view.rejected)? {
             copy(outline, &mut self.view.outline);

@@ -55,6 +55,8 @@ pub struct Gpu {
     /// Where work is handed in.
     pub queue: Queue,
     faults: Arc<AtomicU32>,
+    /// Asked once: wgpu answers with strings.
+    is_software: bool,
 }
 
 impl Gpu {
@@ -116,7 +118,8 @@ impl Gpu {
                 eprintln!("viewer-client: the graphics device reports: {}", one_line(&error.to_string()));
             }
         }));
-        Ok(Self { instance, adapter, device, queue, faults })
+        let is_software = is_software(&adapter);
+        Ok(Self { instance, adapter, device, queue, faults, is_software })
     }
 
     /// Name and backend of the adapter, for a person.
@@ -134,10 +137,14 @@ impl Gpu {
     /// Whether a processor does the drawing.
     #[must_use]
     pub fn is_software(&self) -> bool {
-        let info = self.adapter.get_info();
-        // Through GL a software renderer does not always say what it is.
-        info.device_type == DeviceType::Cpu || info.name.contains("llvmpipe") || info.name.contains("softpipe")
+        self.is_software
     }
+}
+
+fn is_software(adapter: &Adapter) -> bool {
+    let info = adapter.get_info();
+    // Through GL a software renderer does not always say what it is.
+    info.device_type == DeviceType::Cpu || info.name.contains("llvmpipe") || info.name.contains("softpipe")
 }
 
 /// What every adapter has, and of buffers and textures as much as this one has.

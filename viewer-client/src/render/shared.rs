@@ -301,5 +301,5 @@ fn light_from_scene(scene: &Place, lamp: Vector3<f32>) -> Matrix4<f32> {
     };
     let deep = 2.0 * radius;
     let [x, y, z] = [row(right, 1.0 / radius, 0.0), row(up, 1.0 / radius, 0.0), row(-lamp, 0.5 / deep, 0.5)];
-    Matrix4::from_row_slice(&[x, y, z, [0.0, 0.0, 0.0, 1.0]].concat())
+    Matrix4::from_row_slice([x, y, z, [0.0, 0.0, 0.0, 1.0]].as_flattened())
 }
