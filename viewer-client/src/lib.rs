@@ -23,3 +23,7 @@ pub mod source;
 pub mod status;
 pub mod tell;
 pub mod window;
+
+// Under this name the scenes and the comparison of pictures, which are shared with the viewer's tests, know it.
+#[cfg(test)]
+extern crate self as viewer_client;

@@ -105,6 +105,36 @@ fn triangles(kind: Kind) -> Vec<u32> {
     triangles
 }
 
+/// What is looked at from nearby, because it is a few pixels from afar.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Detail {
+    /// The left end of the tied stitch, with its knot.
+    Stitch,
+    /// The jaws with the needle.
+    Tool,
+    /// The suture point in hand.
+    Proxy,
+}
+
+/// Two corners of a box around it, for a camera.
+#[must_use]
+pub fn corners(detail: Detail, view: &View) -> [[f32; 3]; 2] {
+    let (row, servo) = (view.report.as_ref().map(|r| r.rows[0]), view.servo.as_ref());
+    let (middle, border_m) = match detail {
+        Detail::Stitch => {
+            // The knot sits three tenths of the way to the right point; the middle of point and knot is in the middle.
+            let middle = row.map(|row| {
+                let (left, right) = (row.left_current_m, row.right_current_m);
+                std::array::from_fn::<f64, 3, _>(|c| left[c] + 0.15 * (right[c] - left[c]))
+            });
+            (middle, 0.0015)
+        }
+        Detail::Tool => (servo.map(|s| s.devices[0].position_m), 0.004),
+        Detail::Proxy => (servo.map(|s| s.handles[0].position_m), 0.002),
+    };
+    [-border_m, border_m].map(|b| middle.unwrap_or_default().map(|c| (c + b) as f32))
+}
+
 /// The whole view: tissue, two pairs of suture points of which one is tied, line, tool, force.
 #[must_use]
 pub fn view(kind: Kind) -> View {

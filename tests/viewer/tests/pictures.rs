@@ -8,7 +8,7 @@ use viewer_client::gpu::{Gpu, Picture};
 use viewer_client::headless::Studio;
 use viewer_client::render::{Background, Look, Quality, Stereo};
 use viewer_tests::compare::{Difference, assert_stored};
-use viewer_tests::scene::{Kind, view};
+use viewer_tests::scene::{Detail, Kind, corners, view};
 use viewer_tests::{SIZE, adapters, studio};
 
 const FULL: Look =
@@ -68,32 +68,38 @@ fn fast() {
     stored("fast", Look { quality: Quality::Fast, ..FULL }, &view(Kind::Liver));
 }
 
-/// Looks at the left end of the tied stitch, with the knot.
-fn go_near(studio: &mut Studio) {
-    const BORDER_M: f64 = 0.0015;
-    let view = view(Kind::Skin);
-    let rows = view.report.iter().map(|r| &r.rows[0]);
-    // The knot sits three tenths of the way to the right point; the middle of point and knot is in the middle.
-    let middles = rows.map(|row| {
-        let (left, right) = (row.left_current_m, row.right_current_m);
-        std::array::from_fn::<f64, 3, _>(|c| left[c] + 0.15 * (right[c] - left[c]))
-    });
-    let corners = middles.flat_map(|p| [-BORDER_M, BORDER_M].map(|b| p.map(|c| (c + b) as f32)));
-    studio.camera.frame_all(corners, SIZE[0] as f32 / SIZE[1] as f32);
+/// Looks at a detail from nearby.
+fn go_near(studio: &mut Studio, detail: Detail) {
+    studio.camera.frame_all(corners(detail, &view(Kind::Skin)).into_iter(), SIZE[0] as f32 / SIZE[1] as f32);
+}
+
+fn stored_detail(name: &str, detail: Detail) {
+    for gpu in adapters() {
+        let mut studio = studio(gpu, FULL);
+        picture(&mut studio, &view(Kind::Skin));
+        go_near(&mut studio, detail);
+        let near = picture(&mut studio, &view(Kind::Skin));
+        assert_stored(name, &studio.gpu().describe(), &near);
+    }
 }
 
 #[test]
 fn stitch() {
-    for gpu in adapters() {
-        let mut studio = studio(gpu, FULL);
-        picture(&mut studio, &view(Kind::Skin));
-        go_near(&mut studio);
-        let near = picture(&mut studio, &view(Kind::Skin));
-        assert_stored("stitch", &studio.gpu().describe(), &near);
-    }
+    stored_detail("stitch", Detail::Stitch);
 }
 
-/// Every part that a picture shows makes a difference beyond the tolerance of the comparison.
+#[test]
+fn tool() {
+    stored_detail("tool", Detail::Tool);
+}
+
+#[test]
+fn proxy() {
+    stored_detail("proxy", Detail::Proxy);
+}
+
+/// Every part that a picture shows makes a difference beyond the tolerance of the comparison; those that no view can leave
+/// out (knot, needle, proxy, shadow) are taken out beside the renderer itself.
 #[test]
 fn what_is_missing_is_missed() {
     type Remove = fn(&mut View);
@@ -116,7 +122,7 @@ fn what_is_missing_is_missed() {
     let both = |studio: &mut Studio, view: &View| {
         let camera = studio.camera.clone();
         let afar = picture(studio, view);
-        go_near(studio);
+        go_near(studio, Detail::Stitch);
         let near = picture(studio, view);
         studio.camera = camera;
         [afar, near]

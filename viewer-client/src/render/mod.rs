@@ -179,3 +179,6 @@ fn detail(gpu: &Gpu, quality: Quality) -> Detail {
         Quality::Auto => Detail::FULL,
     }
 }
+
+#[cfg(test)]
+mod tests;
