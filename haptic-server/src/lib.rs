@@ -2,6 +2,7 @@
 
 pub mod clean;
 pub mod cli;
+pub mod complaints;
 pub mod convert;
 pub mod crew;
 pub mod device;

@@ -44,6 +44,8 @@ pub struct ServoLinks {
     pub solver_deaths: AtomicU32,
     /// Re-arm commands.
     pub rearms: AtomicU32,
+    /// Who is the hand of a pointer device: process id, and number of the turn above it.
+    pub hand: AtomicU64,
     /// Ticks done: the heartbeat of a loop that really turns.
     pub ticks: AtomicU64,
     /// Events that found their ring full.
@@ -134,6 +136,18 @@ impl ServoLinks {
     /// Leave a latched fault.
     pub fn order_rearm(&self) {
         self.rearms.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Says who is the hand of a pointer device, 0 nobody, and in which turn.
+    pub fn tell_hand(&self, sender: u32, turn: u32) {
+        self.hand.store(u64::from(turn) << 32 | u64::from(sender), Ordering::Relaxed);
+    }
+
+    /// Who is the hand of a pointer device, and in which turn.
+    #[must_use]
+    pub fn hand(&self) -> (u32, u32) {
+        let both = self.hand.load(Ordering::Relaxed);
+        (both as u32, (both >> 32) as u32)
     }
 }
 

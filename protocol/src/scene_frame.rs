@@ -18,7 +18,7 @@ pub const MAX_OUTLINE_WORDS: usize = 1 << 24;
 
 pod! {
     /// One drawn node.
-    pub struct FrameNode as "suture.v3.FrameNode" {
+    pub struct FrameNode as "suture.v4.FrameNode" {
         /// Position, metres.
         pub position_m: [f32; 3],
         /// Reaction of the Long Range Attachments on this node, newtons.
@@ -34,7 +34,7 @@ pod! {
 
 pod! {
     /// User header of a frame.
-    pub struct FrameHeader as "suture.v3.FrameHeader" {
+    pub struct FrameHeader as "suture.v4.FrameHeader" {
         /// Header; `length` is the size of this struct.
         pub header: Header,
         /// Matches the outline's generation.
@@ -48,7 +48,7 @@ pod! {
 
 pod! {
     /// User header of an outline.
-    pub struct OutlineHeader as "suture.v3.OutlineHeader" {
+    pub struct OutlineHeader as "suture.v4.OutlineHeader" {
         /// Header; `length` is the size of this struct.
         pub header: Header,
         /// Counts scene loads and restores.

@@ -23,7 +23,7 @@ pub const FLAG_POINTER: u32 = 4;
 pod! {
     /// One haptic device after the tick.
     #[derive(Serialize, Deserialize)]
-    pub struct DeviceState as "suture.v3.DeviceState" {
+    pub struct DeviceState as "suture.v4.DeviceState" {
         /// Stylus position, metres, scene frame.
         pub position_m: [f64; 3],
         /// Filtered stylus velocity, metres per second.
@@ -48,7 +48,7 @@ pod! {
 pod! {
     /// One suture point integrated at 1 kHz (Zhang et al., Eq. (2)).
     #[derive(Serialize, Deserialize)]
-    pub struct HandleState as "suture.v3.HandleState" {
+    pub struct HandleState as "suture.v4.HandleState" {
         /// Position of the suture point, metres.
         pub position_m: [f64; 3],
         /// Velocity, metres per second.
@@ -66,7 +66,7 @@ pod! {
 
 pod! {
     /// The whole servo after one tick.
-    pub struct ServoState as "suture.v3.ServoState" {
+    pub struct ServoState as "suture.v4.ServoState" {
         /// Header; `sequence` is the tick number from 1.
         pub header: Header,
         /// Epoch of the tissue port that was used.
@@ -91,6 +91,10 @@ pod! {
         pub port_rung: u32,
         /// Handles in use.
         pub handle_count: u32,
+        /// Process id of the viewer that is the hand of a pointer device, 0 nobody.
+        pub hand_sender: u32,
+        /// Counts who was the hand, from 1; 0 nobody yet.
+        pub hand_turn: u32,
         /// Energy given to the hand so far, joules (positive: injected).
         pub energy_to_hand_j: f64,
         /// Devices.

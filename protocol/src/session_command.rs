@@ -38,7 +38,7 @@ pub const MAX_ANSWER_WORDS: usize = 16;
 
 pod! {
     /// One command; the sender counts its own sequence.
-    pub struct SessionCommand as "suture.v3.SessionCommand" {
+    pub struct SessionCommand as "suture.v4.SessionCommand" {
         /// Header.
         pub header: Header,
         /// One of the codes of this file.
@@ -50,7 +50,7 @@ pod! {
 
 pod! {
     /// What became of one command.
-    pub struct CommandAnswer as "suture.v3.CommandAnswer" {
+    pub struct CommandAnswer as "suture.v4.CommandAnswer" {
         /// Sequence in the header of the command.
         pub sequence: u64,
         /// Its sender.

@@ -24,7 +24,7 @@ pub const KINEMATICS_LITERAL: u32 = 1;
 
 pod! {
     /// Affine port of one handle.
-    pub struct HandlePort as "suture.v3.HandlePort" {
+    pub struct HandlePort as "suture.v4.HandlePort" {
         /// Expansion point `x*`, metres.
         pub position_m: [f64; 3],
         /// Velocity at `x*`, metres per second.
@@ -50,7 +50,7 @@ pod! {
 
 pod! {
     /// Newest tissue state for the servo.
-    pub struct TissuePort as "suture.v3.TissuePort" {
+    pub struct TissuePort as "suture.v4.TissuePort" {
         /// Header.
         pub header: Header,
         /// Changes with topology, stitch set or handle assignment.

@@ -8,7 +8,7 @@
 use iceoryx2::prelude::ZeroCopySend;
 
 /// Version of the wire. Raised with every change of a message.
-pub const WIRE_VERSION: u32 = 3;
+pub const WIRE_VERSION: u32 = 4;
 
 /// First four bytes of every message: `HSUT` in little-endian order.
 pub const WIRE_MAGIC: u32 = u32::from_le_bytes(*b"HSUT");
@@ -16,7 +16,7 @@ pub const WIRE_MAGIC: u32 = u32::from_le_bytes(*b"HSUT");
 /// The first field of every message.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
-#[type_name("suture.v3.Header")]
+#[type_name("suture.v4.Header")]
 pub struct Header {
     /// [`WIRE_MAGIC`].
     pub magic: u32,

@@ -16,7 +16,7 @@ pub const MAX_LINE_POINTS: usize = 128;
 pod! {
     /// One row of Table 1.
     #[derive(Serialize, Deserialize)]
-    pub struct LedgerRow as "suture.v3.LedgerRow" {
+    pub struct LedgerRow as "suture.v4.LedgerRow" {
         /// Original position of the left suture point (when the stitch was finished), metres.
         pub left_original_m: [f64; 3],
         /// Current position of the left suture point, metres.
@@ -57,7 +57,7 @@ pod! {
 
 pod! {
     /// Ledger, line and solver health.
-    pub struct WoundReport as "suture.v3.WoundReport" {
+    pub struct WoundReport as "suture.v4.WoundReport" {
         /// Header.
         pub header: Header,
         /// Rows in use.

@@ -20,6 +20,9 @@ const USAGE: u8 = 64;
 /// The server counts as gone when its tick number stands still for this many lines.
 const STILL_LINES: u32 = 3;
 
+/// Added to the viewer's nice value: where processors are scarce, servo and solver come first.
+const NICER: i32 = 10;
+
 /// Looks at a running suture-surgery server, or at a recording of one.
 #[derive(Debug, Parser)]
 #[command(name = "viewer-client", version, about)]
@@ -70,6 +73,8 @@ pub fn main() -> ExitCode {
             return ExitCode::from(code);
         }
     };
+    // Before the first thread of a driver, so that all inherit it. Being nicer is never refused.
+    let _ = rustix::process::nice(NICER);
     let done = if cli.headless {
         headless::run(&cli.pictures, cli.replay.as_deref(), || find(&cli))
     } else if cli.text {

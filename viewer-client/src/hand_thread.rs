@@ -2,12 +2,14 @@
 //!
 //! A thread of its own, since its port must stay in the thread that opened it. It sends the newest wish as long as the window
 //! says something at least once a second: a window that hangs must not leave a hand on the tissue. Dropping the
-//! handle ends the thread, and with it the hand.
+//! handle gives the hand back and ends the thread. Of several viewers that send the server lets one be the hand and says in
+//! `servo_state` which; a viewer that finds another one there asks for nothing, or stops asking ([`of_another`]).
 
 use crate::pointer::Pointer;
-use protocol::pointer_hand::PointerHand;
-use protocol::ports::{PointerHandPublisher, PortError, PortNode};
+use protocol::pointer_hand::{GIVES_BACK, PointerHand};
+use protocol::ports::{MAX_HAND_SENDERS, PointerHandPublisher, PortError, PortNode};
 use protocol::run::RunDir;
+use protocol::servo_state::ServoState;
 use protocol::wire::Field;
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -23,6 +25,12 @@ const SILENCE: Duration = Duration::from_secs(1);
 const REPEATS: u32 = 2;
 /// Changes of buttons that may wait; no hand clicks so fast for so long.
 const MOST_WAITING: usize = 32;
+
+/// The process that is the hand, if that is somebody else.
+#[must_use]
+pub fn of_another(servo: &ServoState) -> Option<u32> {
+    (![0, std::process::id()].contains(&servo.hand_sender)).then_some(servo.hand_sender)
+}
 
 /// The mouse as the hand: each act is said at once.
 #[derive(Debug)]
@@ -76,7 +84,7 @@ impl HandThread {
     /// Becomes the hand of this run.
     ///
     /// # Errors
-    /// A sentence: another viewer is the hand, or the port cannot be opened.
+    /// A sentence: too many viewers ask for the hand, or the port cannot be opened.
     pub fn start(run: &RunDir) -> Result<Self, String> {
         let (wishes, incoming) = channel();
         let (opened, answer) = channel();
@@ -123,9 +131,9 @@ fn open(run: &RunDir) -> Result<(PortNode, PointerHandPublisher), String> {
     let node = PortNode::join(run, "viewer-hand").map_err(|e| e.to_string())?;
     match PointerHandPublisher::open(&node) {
         Ok(publisher) => Ok((node, publisher)),
-        Err(PortError::Full { .. }) => {
-            Err("another viewer is the hand; let it give the hand back first (M)".to_owned())
-        }
+        Err(PortError::Full { .. }) => Err(format!(
+            "{MAX_HAND_SENDERS} viewers ask for the hand already; close one of them, or one that is stopped"
+        )),
         Err(error) => Err(error.to_string()),
     }
 }
@@ -185,7 +193,7 @@ fn send_until_dropped(mut send: impl FnMut(HandWish), incoming: &Receiver<HandWi
     }
     if let Some(last) = waiting.wishes.back() {
         for _ in 0..REPEATS {
-            send(HandWish { buttons: 0, ..*last });
+            send(HandWish { buttons: GIVES_BACK, ..*last });
             // The port must live until the server has taken it.
             std::thread::sleep(PERIOD);
         }
@@ -229,12 +237,20 @@ mod tests {
     }
 
     #[test]
-    fn the_last_word_lets_go_at_the_present_place() {
+    fn the_last_word_gives_the_hand_back_at_the_present_place() {
         let (wishes, incoming) = channel();
         wishes.send(wish(0.2, 1)).expect("it listens");
         drop(wishes);
         let mut told = Vec::new();
         send_until_dropped(|wish| told.push(wish), &incoming);
-        assert_eq!(told.last(), Some(&wish(0.2, 0)));
+        assert_eq!(told.last(), Some(&wish(0.2, GIVES_BACK)));
+    }
+
+    #[test]
+    fn the_hand_of_another_is_neither_nobodys_nor_ones_own() {
+        let held_by = |hand_sender| ServoState { hand_sender, ..ServoState::EMPTY };
+        assert_eq!(of_another(&held_by(0)), None);
+        assert_eq!(of_another(&held_by(std::process::id())), None);
+        assert_eq!(of_another(&held_by(std::process::id() + 1)), Some(std::process::id() + 1));
     }
 }

@@ -3,7 +3,7 @@
 //! A running server also takes orders and, with a pointer device, a hand. A recording takes neither and says so.
 
 use crate::feed::{Feed, View};
-use crate::hand_thread::MouseHand;
+use crate::hand_thread::{self, MouseHand};
 use crate::notice::Notice;
 use crate::orders::{Order, Orders};
 use crate::overlay::situation::{HandMode, Link, TimeLine};
@@ -156,19 +156,32 @@ impl Live {
             self.feed.clean_up();
             self.cleaned_ns = now_ns;
         }
+        let yielded = self.yielded();
         if let Some(hand) = &self.hand {
             hand.say();
         }
-        broken.or_else(|| self.orders.look(self.feed.view(), now_ns))
+        broken.or(yielded).or_else(|| self.orders.look(self.feed.view(), now_ns))
     }
 
     fn has_pointer(&self) -> bool {
         self.feed.view().servo.as_ref().is_some_and(|servo| servo.flags & FLAG_POINTER != 0)
     }
 
+    /// Asks no longer for a hand that another viewer is: it took the place of one that was stopped, or asked a moment before.
+    fn yielded(&mut self) -> Option<Notice> {
+        let other = hand_thread::of_another(self.feed.view().servo.as_ref()?)?;
+        self.hand.take()?;
+        Some(Notice::bad(format!("another viewer (process {other}) is the hand now; M asks for it again")))
+    }
+
     fn toggle_hand(&mut self) -> Notice {
         if self.hand.take().is_some() {
             return Notice::note("the mouse is a mouse again");
+        }
+        if let Some(other) = self.feed.view().servo.as_ref().and_then(hand_thread::of_another) {
+            return Notice::bad(format!(
+                "another viewer (process {other}) is the hand; it gives the hand back with M, or by being silent for a second"
+            ));
         }
         let stylus_m = match &self.feed.view().servo {
             Some(servo) if servo.flags & FLAG_POINTER != 0 => servo.devices[0].position_m,

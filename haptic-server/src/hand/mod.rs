@@ -2,7 +2,7 @@
 //!
 //! A [`Hand`] says at each servo tick where it wants to be and which buttons it presses: from a
 //! recording ([`recorded`]), by suturing on its own with what it sees ([`synthetic`]), or as the pointer of a
-//! viewer wishes ([`pointer`]). Recordings come
+//! viewer wishes ([`pointer`], [`place`]). Recordings come
 //! from CSV files ([`csv`]) or from any reader that fills a [`HandRecording`]; the gripper becomes
 //! button 1 ([`gripper`]), the motion is laid onto the wound by a stated similarity transform
 //! ([`registration`]) and made continuous ([`resample`]). Everything is read and allocated before the
@@ -14,6 +14,7 @@ mod csv_tests;
 mod file_fault;
 pub mod gripper;
 pub mod motion;
+pub mod place;
 pub mod pointer;
 pub mod recorded;
 pub mod registration;

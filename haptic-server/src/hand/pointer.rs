@@ -4,7 +4,7 @@
 //! outside the workspace is brought to its border. The hand goes there by `v = min(v_max, √(a d), d/Δt)` along the way d that is
 //! left, and changes its velocity by no more than `a Δt`: whatever is sent, `|v| ≤ v_max` and `|Δv| ≤ a Δt`; half of `a` is kept
 //! for the turn of a way. After [`HOLD_AFTER_S`] of silence it stops where it is. After [`LET_GO_AFTER_S`] of silence, or when
-//! another sender speaks, every button is let go and counts again once it has been seen up.
+//! another turn begins (`place.rs`), every button is let go and counts again once it has been seen up.
 //! Metres, seconds, scene frame; no heap, lock, log or system call. Deliberately absent: shared memory and its clock.
 
 use crate::device::HandView;
@@ -34,15 +34,15 @@ pub struct PointerWish {
     pub position_m: Vec3,
     /// Bit 0 front button, bit 1 back button.
     pub buttons: u32,
-    /// Who wants it.
-    pub sender: u32,
+    /// Number of the sender's turn, from 1.
+    pub turn: u32,
 }
 
 impl PointerWish {
     /// What stands in a cell before the first wish.
     #[must_use]
     pub fn none() -> Self {
-        Self { position_m: Vec3::zeros(), buttons: 0, sender: 0 }
+        Self { position_m: Vec3::zeros(), buttons: 0, turn: 0 }
     }
 }
 
@@ -57,9 +57,9 @@ pub struct PointerHand {
     last_s: Option<f64>,
     /// When the newest wish came; `None` before the first.
     heard_s: Option<f64>,
-    sender: u32,
+    turn: u32,
     buttons: u32,
-    /// Buttons that this sender has been seen not to press.
+    /// Buttons that have been seen up in this turn.
     seen_up: u32,
 }
 
@@ -75,7 +75,7 @@ impl PointerHand {
             goal_m: home_m,
             last_s: None,
             heard_s: None,
-            sender: 0,
+            turn: 0,
             buttons: 0,
             seen_up: 0,
         }
@@ -90,9 +90,9 @@ impl PointerHand {
         if !wish.position_m.iter().all(|c| c.is_finite()) {
             return;
         }
-        if wish.sender != self.sender {
+        if wish.turn != self.turn {
             self.let_go();
-            self.sender = wish.sender;
+            self.turn = wish.turn;
         }
         self.heard_s = Some(time_s);
         self.seen_up |= !wish.buttons;

@@ -25,8 +25,8 @@ impl Bench {
         Self { wishes, hand, time_s: 0.0 }
     }
 
-    fn send(&mut self, position_m: Vec3, buttons: u32, sender: u32) {
-        self.wishes.write(PointerWish { position_m, buttons, sender });
+    fn send(&mut self, position_m: Vec3, buttons: u32, turn: u32) {
+        self.wishes.write(PointerWish { position_m, buttons, turn });
     }
 
     fn after(&mut self, dt_s: f64) -> HandTarget {
@@ -35,9 +35,9 @@ impl Bench {
     }
 
     /// Ticks for this long, with a wish in each of them.
-    fn follow(&mut self, seconds: f64, position_m: Vec3, buttons: u32, sender: u32) -> HandTarget {
+    fn follow(&mut self, seconds: f64, position_m: Vec3, buttons: u32, turn: u32) -> HandTarget {
         for _ in 0..(seconds / TICK_S).round() as u32 {
-            self.send(position_m, buttons, sender);
+            self.send(position_m, buttons, turn);
             self.after(TICK_S);
         }
         self.after(0.0)
@@ -76,7 +76,7 @@ fn a_wish_that_is_no_place_is_no_wish() {
     bench.follow(0.5, HOME_M, 0, 7);
     bench.follow(0.5, HOME_M, 1, 7);
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-        // Another sender whose words cannot be used changes nothing either.
+        // Another turn whose words cannot be used changes nothing either.
         bench.send(Vec3::new(0.0, bad, 0.0), 2, 9);
         assert_eq!(bench.after(TICK_S), HandTarget { position_m: HOME_M, buttons: 1 });
     }
@@ -107,7 +107,7 @@ fn a_silent_sender_leaves_the_hand_where_it_is_and_then_without_grip() {
 }
 
 #[test]
-fn another_sender_has_nothing_in_its_hand() {
+fn another_turn_begins_with_nothing_in_the_hand() {
     let mut bench = Bench::new();
     bench.follow(0.1, HOME_M, 0, 7);
     assert_eq!(bench.follow(0.1, HOME_M, 3, 7).buttons, 3);
@@ -128,7 +128,7 @@ fn coordinate() -> impl Strategy<Value = f64> {
 
 fn wish() -> impl Strategy<Value = Option<PointerWish>> {
     let sent = ([coordinate(), coordinate(), coordinate()], 0..5_u32, 1..4_u32)
-        .prop_map(|(at, buttons, sender)| PointerWish { position_m: Vec3::from(at), buttons, sender });
+        .prop_map(|(at, buttons, turn)| PointerWish { position_m: Vec3::from(at), buttons, turn });
     prop_oneof![1 => Just(None), 2 => sent.prop_map(Some)]
 }
 

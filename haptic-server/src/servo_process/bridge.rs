@@ -5,20 +5,16 @@
 //! servo thread, which takes ports from a wait-free cell (a triple buffer). The bridge looks every [`LOOK_PERIOD`],
 //! well below one servo period of added age on average.
 
+use super::pointer::Pointer;
+use crate::complaints::Complaints;
 use crate::hand::pointer::PointerWish;
 use crate::servo_setup::ServoLinks;
 use crossbeam::queue::ArrayQueue;
-use protocol::pointer_hand::PointerHand;
-use protocol::ports::{
-    PointerHandSubscriber, PortError, PortNode, SessionCommandSubscriber, TissuePortSubscriber, WoundReportSubscriber,
-    monotonic_ns,
-};
+use protocol::ports::{PortError, PortNode, SessionCommandSubscriber, TissuePortSubscriber, WoundReportSubscriber};
 use protocol::run::RunDir;
 use protocol::session_command::REARM;
 use protocol::tissue_port::TissuePort;
-use protocol::wire::Message;
 use protocol::wound_report::WoundReport;
-use sim_core::vector::Vec3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -28,17 +24,10 @@ use triple_buffer::Input;
 const LOOK_PERIOD: Duration = Duration::from_micros(400);
 /// Report and commands are looked at once in so many looks.
 const SLOW_LOOKS: u32 = 16;
-/// Commands that are read in one look; a viewer that sends more has the rest wait, not the tissue port.
+/// Commands that are obeyed in one look; of a viewer that sends more the rest waits, not the tissue port.
 const COMMANDS_PER_LOOK: usize = 16;
 /// Dead peers are cleaned up this often.
 const CLEAN_UP_PERIOD: Duration = Duration::from_secs(1);
-/// A rejected message is logged at most this often.
-const COMPLAINT_PERIOD: Duration = Duration::from_secs(1);
-
-/// A wish that was sent longer ago than this is not delivered: it is what a writer left behind, nanoseconds.
-const OLDEST_WISH_NS: u64 = 250_000_000;
-/// The clock is one for all processes; a stamp that is farther ahead than this is invented, nanoseconds.
-const CLOCK_SLACK_NS: u64 = 5_000_000;
 
 /// The cells of the loop.
 pub(super) struct Cells {
@@ -72,7 +61,7 @@ pub(super) fn run(run: &RunDir, cells: &mut Cells, delivery: &Delivery) -> Resul
     let mut reports = WoundReportSubscriber::open(&node)?;
     let mut commands = Some(SessionCommandSubscriber::open(&node)?);
     let mut pointer = match &mut cells.wishes {
-        Some(cell) => Some((PointerHandSubscriber::open(&node)?, cell)),
+        Some(cell) => Some(Pointer::open(&node, cell)?),
         None => None,
     };
     let mut complaints = Complaints::default();
@@ -82,16 +71,11 @@ pub(super) fn run(run: &RunDir, cells: &mut Cells, delivery: &Delivery) -> Resul
         if let Some(port) = complaints.kept(ports.newest())? {
             cells.ports.write(port);
         }
-        if let Some((subscriber, cell)) = &mut pointer {
-            match complaints.kept(subscriber.newest()) {
-                Ok(message) => {
-                    message.and_then(|m| wish_of(&m, monotonic_ns())).into_iter().for_each(|wish| cell.write(wish));
-                }
-                Err(error) => {
-                    tracing::warn!("{error}; the pointer is not heard any more");
-                    pointer = None;
-                }
-            }
+        if let Some(hand) = &mut pointer
+            && let Err(error) = hand.look(&mut complaints, &delivery.links)
+        {
+            tracing::warn!("{error}; the pointer is not heard any more");
+            pointer = None;
         }
         looks = looks.wrapping_add(1);
         if looks.is_multiple_of(SLOW_LOOKS) {
@@ -129,41 +113,4 @@ fn obey(
         }
     }
     Ok(())
-}
-
-/// What a message wishes, if it was sent just now.
-fn wish_of(message: &PointerHand, now_ns: u64) -> Option<PointerWish> {
-    let sent_ns = message.header().time_ns;
-    let is_new = now_ns.saturating_sub(sent_ns) <= OLDEST_WISH_NS && sent_ns <= now_ns + CLOCK_SLACK_NS;
-    is_new.then(|| PointerWish {
-        position_m: Vec3::from(message.position_m),
-        buttons: message.buttons,
-        sender: message.sender,
-    })
-}
-
-/// Rejected messages: the last good one stays in use, and the log hears of it once in a while.
-#[derive(Default)]
-struct Complaints {
-    last: Option<Instant>,
-    untold: u64,
-}
-
-impl Complaints {
-    fn kept<M>(&mut self, received: Result<Option<M>, PortError>) -> Result<Option<M>, PortError> {
-        match received {
-            Err(PortError::Rejected(error)) => {
-                self.untold += 1;
-                if self.last.is_none_or(|t| t.elapsed() >= COMPLAINT_PERIOD) {
-                    tracing::warn!(
-                        "{} messages were rejected, lately: {error}; the last good one stays in use",
-                        self.untold
-                    );
-                    (self.last, self.untold) = (Some(Instant::now()), 0);
-                }
-                Ok(None)
-            }
-            other => other,
-        }
-    }
 }

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | main | control line and heartbeat, telemetry, end of a recorded hand |
 //! | servo | device and 1 kHz loop ([`room`]) |
-//! | servo-bridge | subscribers; newest port and wish into the loop's cells ([`bridge`]) |
+//! | servo-bridge | subscribers; newest port and wish into the loop's cells ([`bridge`], [`pointer`]) |
 //! | recorder | the recording, if one is made |
 //!
 //! A stop order, SIGTERM, SIGINT or the end of stdin lets the loop ramp the force to zero; then the summary goes to
@@ -12,6 +12,7 @@
 
 mod bridge;
 mod control;
+mod pointer;
 mod report;
 mod room;
 
@@ -90,7 +91,8 @@ pub fn run() -> Result<(), ServerError> {
     // Until the end of the run.
     let _awake = realtime::stay_awake();
     let bridge = spawn_bridge(&run, Cells { ports, wishes }, &delivery)?;
-    let task = Task { params, policy: policy(&spec), processor: spec.processor, marks: marks(&spec.device) };
+    let marks = marks(&spec.device);
+    let task = Task { params, policy: policy(&spec), processor: spec.processor, marks, links: links.clone() };
     let servo = spawn_servo(&run, device, task, room)?;
     let mut watch = Watch {
         links: &links,

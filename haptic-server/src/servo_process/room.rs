@@ -10,10 +10,11 @@ use crate::servo::params::ServoParams;
 use crate::servo::stats::ServoStats;
 use crate::servo::thread::LiveRoom;
 use crate::servo::tick::{Rights, Servo};
-use crate::servo_setup::{RoomEnds, new_stats};
+use crate::servo_setup::{RoomEnds, ServoLinks, new_stats};
 use protocol::ports::{PortNode, ServoStateWriter};
 use protocol::run::RunDir;
 use protocol::servo_state::ServoState;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Stack of the servo thread, bytes.
@@ -29,6 +30,8 @@ pub(super) struct Task {
     pub(super) processor: Option<usize>,
     /// Flags of `servo_state` beside those of the tick.
     pub(super) marks: u32,
+    /// Knows who is the hand of a pointer device.
+    pub(super) links: Arc<ServoLinks>,
 }
 
 /// What the servo thread leaves behind.
@@ -56,6 +59,7 @@ pub(super) fn run(run: &RunDir, device: &mut dyn Device, task: &Task, ends: Room
     let servo = Servo::new(&task.params, if rights.is_degraded() { Rights::Degraded } else { Rights::Full });
     let sink = |state: &mut ServoState| {
         state.flags |= task.marks;
+        (state.hand_sender, state.hand_turn) = task.links.hand();
         writer.write(state);
     };
     let mut room = LiveRoom::new(servo, &task.params, ends, sink, stats);

@@ -2,13 +2,15 @@
 //!
 //! The tissue port leaves after every step; report and frame at [`VIEW_PERIOD_NS`], because eyes and tables need
 //! no more, and at once when a command was answered or a stitch was tied; the outline when the scene changes, and
-//! late viewers get it from the history. A rejected message counts as not arrived: the last good one stays.
+//! late viewers get it from the history. A rejected message counts as not arrived: the last good one stays. Senders of commands
+//! take turns, one command each, so that one who sends without end delays the others by its turn only.
 
 use super::pace::Pace;
+use crate::complaints::Complaints;
 use crate::solver::session::SolverSession;
 use protocol::ports::{
-    PortError, PortNode, SceneFramePublisher, SceneOutlinePublisher, ServoStateReader, SessionCommandSubscriber,
-    TissuePortPublisher, WoundReportPublisher, monotonic_ns,
+    CommandFlood, PortError, PortNode, SceneFramePublisher, SceneOutlinePublisher, ServoStateReader,
+    SessionCommandSubscriber, TissuePortPublisher, WoundReportPublisher, monotonic_ns,
 };
 use protocol::scene_frame::FrameNode;
 use protocol::servo_state::ServoState;
@@ -34,6 +36,7 @@ pub(super) struct Topics {
     outline: SceneOutlinePublisher,
     servo: Option<ServoState>,
     command: Option<SessionCommand>,
+    complaints: Complaints,
     nodes: Vec<FrameNode>,
     shown_generation: Option<u32>,
     next_view_ns: u64,
@@ -59,6 +62,7 @@ impl Topics {
             outline: SceneOutlinePublisher::open(node, words)?,
             servo: None,
             command: None,
+            complaints: Complaints::default(),
             nodes,
             shown_generation: None,
             next_view_ns: 0,
@@ -71,13 +75,14 @@ impl Topics {
 
     /// Takes in the newest servo state and the next command.
     pub(super) fn receive(&mut self) -> Result<(), PortError> {
-        if let Some(servo) = kept(self.servo_reader.newest())? {
+        if let Some(servo) = self.complaints.kept(self.servo_reader.newest())? {
             self.servo = Some(servo);
         }
         let now_ns = monotonic_ns();
         self.command = None;
         if now_ns >= self.next_command_ns {
-            self.command = kept(self.commands.next_command())?;
+            self.command = self.complaints.kept(self.commands.next_command())?;
+            std::iter::from_fn(|| self.commands.flood()).for_each(tell);
             if self.command.is_some() {
                 self.next_command_ns = now_ns + COMMAND_PERIOD_NS;
             }
@@ -151,13 +156,16 @@ impl Topics {
     }
 }
 
-/// A rejected message is logged and counts as none.
-fn kept<M>(received: Result<Option<M>, PortError>) -> Result<Option<M>, PortError> {
-    match received {
-        Err(PortError::Rejected(error)) => {
-            tracing::warn!("{error}; the last good message stays in use");
-            Ok(None)
+/// A flood is told when it begins and when it is over, however many commands it had.
+fn tell(flood: CommandFlood) {
+    match flood {
+        CommandFlood::Began { sender } => {
+            tracing::warn!(
+                "process {sender} sends session commands faster than they are obeyed; some of them are lost"
+            );
         }
-        other => other,
+        CommandFlood::Ended { sender, lost } => {
+            tracing::warn!("the flood of session commands of process {sender} is over; {lost} of them were lost");
+        }
     }
 }

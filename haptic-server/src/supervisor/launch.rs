@@ -18,9 +18,9 @@ use protocol::run::RunDir;
 use protocol::trace::Metadata;
 use sim_core::scene::procedure::SceneSource;
 use sim_core::scene::step::Scene;
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// The software renderers (llvmpipe, lavapipe) draw with so many threads; without it with one per core.
@@ -130,14 +130,21 @@ pub(super) fn solver(plan: &Plan, run: &RunDir, standing: Option<&Standing>) -> 
 
 /// Starts a viewer on the run, if it is built.
 pub(super) fn viewer(run: &RunDir) -> Result<ChildProcess, ServerError> {
-    let mut command = Command::new(beside_this_program("viewer-client")?);
-    command.arg("--run-dir").arg(run.path());
-    if std::env::var_os(DRAWING_THREADS).is_none() {
-        let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let program = beside_this_program("viewer-client")?;
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let is_set = std::env::var_os(DRAWING_THREADS);
+    ChildProcess::spawn("viewer-client", viewer_command(&program, run.path(), is_set.as_deref(), cores))
+}
+
+/// How a viewer is started; what a person has set for the drawing threads is inherited.
+fn viewer_command(program: &Path, run: &Path, drawing: Option<&OsStr>, cores: usize) -> Command {
+    let mut command = Command::new(program);
+    command.arg("--run-dir").arg(run);
+    if drawing.is_none() {
         command.env(DRAWING_THREADS, drawing_threads(cores).to_string());
     }
     command.stdin(Stdio::null()).stdout(Stdio::null());
-    ChildProcess::spawn("viewer-client", command)
+    command
 }
 
 /// Threads with which a processor may draw: one core is left to the servo, which may have no real-time rights.
@@ -181,6 +188,25 @@ mod tests {
             let second = of(scene_arguments(&first));
             assert_eq!(format!("{first:?}"), format!("{second:?}"), "{line}");
         }
+    }
+
+    #[test]
+    fn a_viewer_is_told_its_run_and_how_many_threads_may_draw_unless_a_person_said_so() {
+        let environment = |drawing: Option<&str>, cores| {
+            let command =
+                viewer_command(Path::new("viewer-client"), Path::new("/r/run-1"), drawing.map(OsStr::new), cores);
+            assert_eq!(command.get_args().collect::<Vec<_>>(), ["--run-dir", "/r/run-1"]);
+            let set: Vec<_> =
+                command.get_envs().map(|(key, value)| (key.to_owned(), value.map(OsStr::to_owned))).collect();
+            set
+        };
+        for (cores, threads) in [(1, "1"), (2, "1"), (4, "3")] {
+            assert_eq!(environment(None, cores), [("LP_NUM_THREADS".into(), Some(threads.into()))]);
+        }
+        assert!(
+            environment(Some("7"), 4).is_empty() && environment(Some(""), 4).is_empty(),
+            "it is inherited as it is"
+        );
     }
 
     #[test]

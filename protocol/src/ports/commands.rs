@@ -1,13 +1,15 @@
 //! `session_command`: several senders, every command counts, so a queue instead of newest-wins.
 //!
 //! A queue of 16 per sender; when a receiver sleeps longer, the oldest commands are lost (safe
-//! overflow), because a sender must never wait for the solver.
+//! overflow), because a sender must never wait for the solver. The receiver empties all queues at each look and lets
+//! the senders take turns (`turns.rs`).
 
 use super::latest::{Depth, open, receive_error, send_error, subscriber_error, writer};
 use super::node::retried;
+use super::turns::{CommandFlood, Turns};
 use super::{PortError, PortNode, monotonic_ns};
 use crate::session_command::SessionCommand;
-use crate::wire::{Field, Message};
+use crate::wire::{Field, Message, WireError};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::ipc;
@@ -16,6 +18,8 @@ use iceoryx2::prelude::ipc;
 const QUEUE: usize = 16;
 /// Programs that may send commands at the same time: every viewer, and some that do nothing else.
 const MAX_SENDERS: usize = 40;
+/// Commands that are taken in at a look: all that can wait when it begins.
+const MOST_IN_A_LOOK: usize = QUEUE * MAX_SENDERS;
 /// Sequences of a sender begin at its process id times 2 to this power: an answer that carries a sequence then names one
 /// command of one sender, and no process id is so large that this overflows.
 const SENDER_SHIFT: u32 = 32;
@@ -64,6 +68,8 @@ impl SessionCommandPublisher {
 #[derive(Debug)]
 pub struct SessionCommandSubscriber {
     subscriber: Subscriber<ipc::Service, SessionCommand, ()>,
+    turns: Turns,
+    rejected: Option<WireError>,
 }
 
 impl SessionCommandSubscriber {
@@ -76,18 +82,37 @@ impl SessionCommandSubscriber {
         let subscriber = retried(|| {
             service.subscriber_builder().buffer_size(QUEUE).create().map_err(subscriber_error::<SessionCommand>)
         })?;
-        Ok(Self { subscriber })
+        Ok(Self { subscriber, turns: Turns::default(), rejected: None })
     }
 
-    /// The next command, oldest first; `None` when none waits.
+    /// The next command: of each sender the oldest, senders in turn; `None` when none waits.
     ///
     /// # Errors
-    /// [`PortError::Rejected`] for a command that must not be obeyed (it is consumed),
+    /// [`PortError::Rejected`] when no command waits and some that came must not be obeyed (they are consumed),
     /// [`PortError::Receive`].
     pub fn next_command(&mut self) -> Result<Option<SessionCommand>, PortError> {
-        let Some(sample) = self.subscriber.receive().map_err(|e| receive_error(TOPIC, &e))? else { return Ok(None) };
-        let copy = *sample;
-        copy.validate()?;
-        Ok(Some(copy))
+        for _ in 0..MOST_IN_A_LOOK {
+            let Some(sample) = self.subscriber.receive().map_err(|e| receive_error(TOPIC, &e))? else { break };
+            let copy = *sample;
+            match copy.validate() {
+                Ok(()) => self.turns.add(sample.header().publisher_id().value(), copy),
+                Err(error) => self.rejected = Some(error),
+            }
+        }
+        match self.turns.next() {
+            Some(command) => Ok(Some(command)),
+            None => self.rejected.take().map_or(Ok(None), |error| Err(error.into())),
+        }
     }
+
+    /// The next thing to tell about senders whose commands are lost, because they send faster than is obeyed.
+    pub fn flood(&mut self) -> Option<CommandFlood> {
+        self.turns.flood()
+    }
+}
+
+/// Sends what no publisher of this crate would.
+#[cfg(test)]
+pub(super) fn raw_sender_for_test(node: &PortNode) -> Result<Publisher<ipc::Service, SessionCommand, ()>, PortError> {
+    writer(&open(node, &DEPTH)?)
 }

@@ -18,7 +18,7 @@ use std::fmt::Debug;
 
 /// Newest-wins topics keep one message, for receivers and for late joiners.
 pub(super) const KEPT: usize = 1;
-/// Messages that are looked at in search of the newest: far more than writers that can have left one.
+/// Messages that are looked at in one go: far more than writers that can have left one.
 pub(super) const MOST_WAITING: usize = 16;
 /// One sample in hand while the next is fetched.
 pub(super) const BORROWED: usize = 2;

@@ -7,8 +7,8 @@
 //! | [`WoundReportPublisher`] / [`WoundReportSubscriber`] | `wound_report` | publish/subscribe, newest wins |
 //! | [`SceneFramePublisher`] / [`SceneFrameSubscriber`] | `scene_frame` + nodes | publish/subscribe, newest wins |
 //! | [`SceneOutlinePublisher`] / [`SceneOutlineSubscriber`] | `scene_outline` + words | publish/subscribe, newest wins |
-//! | [`PointerHandPublisher`] / [`PointerHandSubscriber`] | `pointer_hand` | publish/subscribe, newest wins |
-//! | [`SessionCommandPublisher`] / [`SessionCommandSubscriber`] | `session_command` | publish/subscribe, queue of 16 |
+//! | [`PointerHandPublisher`] / [`PointerHandSubscriber`] | `pointer_hand` | publish/subscribe, newest of each sender |
+//! | [`SessionCommandPublisher`] / [`SessionCommandSubscriber`] | `session_command` | publish/subscribe, queue of 16 per sender, in turn |
 //!
 //! A [`PortNode`] is the process's (thread's) membership in a run. Ports are not `Send`: open them
 //! in the thread that uses them. Every receiver copies a message once and validates the copy.
@@ -17,19 +17,22 @@
 
 mod blackboard;
 mod commands;
+mod hands;
 mod latest;
 mod node;
 mod slices;
+mod turns;
 
 pub use blackboard::{ServoStateReader, ServoStateWriter};
 pub use commands::{SessionCommandPublisher, SessionCommandSubscriber};
+pub use hands::{MAX_HAND_SENDERS, PointerHandPublisher, PointerHandSubscriber, WriterId};
 pub use latest::{LatestPublisher, LatestSubscriber};
 pub use node::PortNode;
 pub use slices::{SceneFrame, SceneFramePublisher, SceneFrameSubscriber};
 pub use slices::{SceneOutline, SceneOutlinePublisher, SceneOutlineSubscriber};
 pub use slices::{SliceHeader, SliceMessage};
+pub use turns::CommandFlood;
 
-use crate::pointer_hand::PointerHand;
 use crate::tissue_port::TissuePort;
 use crate::wire::{WIRE_VERSION, WireError};
 use crate::wound_report::WoundReport;
@@ -42,10 +45,6 @@ pub type TissuePortSubscriber = LatestSubscriber<TissuePort>;
 pub type WoundReportPublisher = LatestPublisher<WoundReport>;
 /// Receives the newest wound report (viewers, recorder, harness).
 pub type WoundReportSubscriber = LatestSubscriber<WoundReport>;
-/// Sends the newest wish of the mouse (the one viewer that is the hand).
-pub type PointerHandPublisher = LatestPublisher<PointerHand>;
-/// Receives it (bridge thread of the servo process).
-pub type PointerHandSubscriber = LatestSubscriber<PointerHand>;
 
 /// Receivers per topic: viewers, harness, recorder, people's own readers.
 const MAX_RECEIVERS: usize = 32;
@@ -142,5 +141,7 @@ pub fn monotonic_ns() -> u64 {
     u64::try_from(now.tv_sec).unwrap_or(0) * 1_000_000_000 + u64::try_from(now.tv_nsec).unwrap_or(0)
 }
 
+#[cfg(test)]
+mod sender_tests;
 #[cfg(test)]
 mod tests;

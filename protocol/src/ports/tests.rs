@@ -14,25 +14,25 @@ use tempfile::TempDir;
 const PATIENCE: Duration = Duration::from_secs(20);
 const CHILD_RUN_DIR: &str = "SUTURE_TEST_CHILD_RUN_DIR";
 
-struct TestRun {
+pub(super) struct TestRun {
     active: Option<ActiveRun>,
     root: RunRoot,
     _keep: TempDir,
 }
 
 impl TestRun {
-    fn start() -> Self {
+    pub(super) fn start() -> Self {
         let keep = TempDir::new().unwrap();
         let environment = Environment { xdg_runtime_dir: Some(keep.path().to_owned()), ..Environment::of_process() };
         let root = RunRoot::open(&environment).unwrap();
         Self { active: Some(root.start().unwrap()), root, _keep: keep }
     }
 
-    fn dir(&self) -> &RunDir {
+    pub(super) fn dir(&self) -> &RunDir {
         self.active.as_ref().unwrap().run()
     }
 
-    fn node(&self) -> PortNode {
+    pub(super) fn node(&self) -> PortNode {
         PortNode::join(self.dir(), "test").unwrap()
     }
 }
@@ -52,7 +52,7 @@ impl Drop for TestRun {
     }
 }
 
-fn wait_for<T>(mut poll: impl FnMut() -> Option<T>) -> T {
+pub(super) fn wait_for<T>(mut poll: impl FnMut() -> Option<T>) -> T {
     // Wall clock: patience with another process; nothing is measured.
     let start = Instant::now();
     loop {
@@ -212,7 +212,7 @@ mod other_layout {
 
     pod! {
         /// As `tissue_port`, with another layout.
-        pub struct OtherPort as "suture.v3.TissuePort" {
+        pub struct OtherPort as "suture.v4.TissuePort" {
             /// Header.
             pub header: Header,
             /// Another field.

@@ -77,6 +77,8 @@ fn servo_state() -> Value {
         "port_age_ns",
         "port_rung",
         "handle_count",
+        "hand_sender",
+        "hand_turn",
     ];
     stamped(all_of(&integer(), &counters).chain([
         ("energy_to_hand_j", number()),

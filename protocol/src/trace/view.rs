@@ -39,6 +39,10 @@ pub(super) struct ServoView<'m> {
     port_age_ns: u64,
     port_rung: u32,
     handle_count: u32,
+    #[serde(default)]
+    hand_sender: u32,
+    #[serde(default)]
+    hand_turn: u32,
     energy_to_hand_j: f64,
     devices: Cow<'m, [DeviceState]>,
     handles: Cow<'m, [HandleState]>,
@@ -60,6 +64,8 @@ impl<'m> ServoView<'m> {
             port_age_ns: m.port_age_ns,
             port_rung: m.port_rung,
             handle_count: m.handle_count,
+            hand_sender: m.hand_sender,
+            hand_turn: m.hand_turn,
             energy_to_hand_j: m.energy_to_hand_j,
             devices: Cow::Borrowed(in_use(&m.devices)),
             handles: Cow::Borrowed(in_use(&m.handles)),
@@ -79,6 +85,8 @@ impl<'m> ServoView<'m> {
             port_age_ns: self.port_age_ns,
             port_rung: self.port_rung,
             handle_count: self.handle_count,
+            hand_sender: self.hand_sender,
+            hand_turn: self.hand_turn,
             energy_to_hand_j: self.energy_to_hand_j,
             devices: filled(&self.devices, "devices")?,
             handles: filled(&self.handles, "handles")?,

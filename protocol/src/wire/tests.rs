@@ -29,7 +29,7 @@ fn sizes_are_those_of_the_wire_version() {
         size_of::<CommandAnswer>(),
     ];
     // Whoever changes one of these raises WIRE_VERSION and the type names with it.
-    assert_eq!(sizes, [40, 152, 88, 768, 200, 1008, 176, 14384, 28, 56, 64, 48, 72, 152]);
+    assert_eq!(sizes, [40, 152, 88, 776, 200, 1008, 176, 14384, 28, 56, 64, 48, 72, 152]);
 }
 
 #[test]
@@ -195,6 +195,9 @@ proptest! {
         if let Some(m) = passes_only_finite::<SessionCommand>(&bits, stamped)? {
             prop_assert!((1..=9).contains(&m.command));
         }
+        if let Some(m) = passes_only_finite::<PointerHand>(&bits, stamped)? {
+            prop_assert!(m.buttons <= 7 && m.sender != 0);
+        }
     }
 }
 
@@ -205,5 +208,6 @@ fn hostile_messages_do_pass_when_their_bits_are_harmless() {
     assert_eq!(hostile::<TissuePort>(&[1, 2, 3], true).validate(), Ok(()));
     assert_eq!(hostile::<WoundReport>(&[1, 2], true).validate(), Ok(()));
     assert_eq!(hostile::<SessionCommand>(&[1, 2, 3], true).validate(), Ok(()));
+    assert_eq!(hostile::<PointerHand>(&[1, 2, 3], true).validate(), Ok(()));
     assert!(hostile::<SessionCommand>(&[1, 2, 3], false).validate().is_err());
 }

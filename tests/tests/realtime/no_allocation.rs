@@ -131,16 +131,16 @@ fn no_tick_of_a_pointer_device_allocates() {
     let device = rig.device.pulled().expect("it is asked");
     let (mut allocations, mut buttons) = (0, 0);
     for tick in 0..6_000_u32 {
-        // Two senders, places in and out of reach, some that are none, and two long silences.
+        // Several turns, places in and out of reach, some that are none, and two long silences.
         let along = f64::from(tick % 700) * 1e-3;
         let place = if tick.is_multiple_of(50) { f64::NAN } else { along - 0.3 };
-        let (buttons_wished, sender) = (u32::from(tick % 400 > 100), 1 + tick / 1_500);
+        let (buttons_wished, turn) = (u32::from(tick % 400 > 100), 1 + tick / 1_500);
         let is_silent = (2_000..3_200).contains(&tick) || (5_000..5_500).contains(&tick);
         let scheduled_ns = u64::from(tick) * MS;
         let time = TickTime { scheduled_ns, now_ns: scheduled_ns, dt_s: 1e-3 };
         let before = allocator::calls();
         if !is_silent {
-            wishes.write(PointerWish { position_m: Vec3::new(place, along, 0.0), buttons: buttons_wished, sender });
+            wishes.write(PointerWish { position_m: Vec3::new(place, along, 0.0), buttons: buttons_wished, turn });
         }
         let sample = device.sample(time, &HandView::unseen());
         device.command(DeviceCommand { force_n: Vec3::new(along, 0.0, 0.1) });

@@ -1,12 +1,16 @@
-//! Frame times: every picture has new nodes, is handed in and waited for; reading it back is no part of it.
+//! Frame times: every picture has new nodes, is handed in and waited for; reading it back is no part of it. A running server's
+//! new frame is waited for before the time of its picture begins.
 
-use super::{Failure, Source, Studio};
+use super::{Failure, LOOK_AGAIN, Source, Studio, UNAVAILABLE};
+use crate::feed::{Feed, View};
 use std::time::{Duration, Instant};
 
 /// Pictures in front whose time does not count: shaders are compiled in them.
 const WARM_UP: u32 = 10;
 /// Time of the scene from picture to picture, seconds.
 const STEP_S: f64 = 1.0 / 30.0;
+/// A running server sends 60 frames a second; one that sends none for this long has nothing to time.
+const NEXT_FRAME: Duration = Duration::from_secs(3);
 
 /// Times of many pictures.
 #[derive(Clone, Debug)]
@@ -41,7 +45,7 @@ pub(super) fn run(count: u32, source: &mut Source, studio: &mut Studio) -> Resul
                 let duration_s = recording.duration_s().max(STEP_S);
                 recording.seek((begin_s + f64::from(number) * STEP_S) % duration_s)
             }
-            Source::Live { feed, .. } => feed.look().map_err(|e| Failure::unavailable(&e))?,
+            Source::Live { feed, .. } => next_frame(feed, times.len())?,
         };
         if number == WARM_UP {
             processor_s = processor_time_s();
@@ -75,6 +79,23 @@ pub(super) fn run(count: u32, source: &mut Source, studio: &mut Studio) -> Resul
         println!("memory     {mib:.0} MiB resident");
     }
     Ok(())
+}
+
+/// The view with the next frame; the same frame twice would be a picture without new nodes.
+fn next_frame(feed: &mut Feed, timed: usize) -> Result<&View, Failure> {
+    let (shown, began) = (feed.view().frames, Instant::now());
+    while feed.look().map_err(|e| Failure::unavailable(&e))?.frames == shown {
+        if began.elapsed() > NEXT_FRAME {
+            let sentence = format!(
+                "no new frame of the tissue came within {} s, {timed} pictures were timed; check that the server still steps \
+                 (`viewer-client --text`)",
+                NEXT_FRAME.as_secs()
+            );
+            return Err(Failure { sentence, code: UNAVAILABLE });
+        }
+        std::thread::sleep(LOOK_AGAIN);
+    }
+    Ok(feed.view())
 }
 
 /// Processor time of this process, which other programs on the machine do not lengthen much; a software adapter works in
