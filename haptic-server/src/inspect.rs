@@ -1,13 +1,16 @@
-//! `haptic-server inspect FILE [--json]`: what a recording holds.
+//! `haptic-server inspect FILE [--json]`: what a recording, scene file or mesh holds.
 //!
 //! For a trace: topics with counts and spans, metadata, the last ledger, and whether it is whole or where it
 //! was cut or damaged. For a hand recording as CSV: layout, samples, duration, grips. The whole file is read, so that
-//! every message is known to be sound. Absent: scene files and meshes, which `scene check` looks at.
+//! every message is known to be sound. For an OBJ mesh: counts, extent in the file's own unit, and whether it can be an organ's
+//! surface. A scene file is told as `scene check` does.
 
-use crate::cli::Format;
+use crate::cli::{Format, files};
 use crate::convert::{end_fault, starts_as_mcap};
 use crate::error::ServerError;
 use crate::hand::csv::{self, HandFileKind, HandSide};
+use crate::scene_file::read_capped;
+use crate::solver::mesh_obj::{ObjLimits, read_obj};
 use protocol::trace::{TraceEnd, TraceError, TraceItem, TraceReader};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -26,12 +29,17 @@ pub struct Inspected {
     pub fault: Option<ServerError>,
 }
 
-/// Looks at a recording.
+/// Looks at a file; scene files and meshes are known by their names.
 ///
 /// # Errors
-/// 65 for a file that is no recording, 66 for one that cannot be read.
+/// 65 for a file that is none of these, 66 for one that cannot be read.
 pub fn run(file: &Path, format: Format) -> Result<Inspected, ServerError> {
-    let (found, fault) = if starts_as_mcap(file)? { inspect_trace(file)? } else { (inspect_csv(file)?, None) };
+    let (found, fault) = match file.extension().and_then(|e| e.to_str()) {
+        Some("toml") => return Ok(Inspected { text: files::scene_check(file, format)?, fault: None }),
+        Some("obj") => (inspect_mesh(file)?, None),
+        _ if starts_as_mcap(file)? => inspect_trace(file)?,
+        _ => (inspect_csv(file)?, None),
+    };
     let text = match format {
         Format::Json => format!("{found:#}\n"),
         Format::Text => readable(&found),
@@ -39,11 +47,26 @@ pub fn run(file: &Path, format: Format) -> Result<Inspected, ServerError> {
     Ok(Inspected { text, fault })
 }
 
+fn inspect_mesh(file: &Path) -> Result<Value, ServerError> {
+    let limits = ObjLimits::default();
+    let bytes = read_capped(file, limits.bytes as u64)?;
+    let mesh = read_obj(&bytes, &file.display().to_string(), 1.0, limits);
+    let mesh = mesh.map_err(|e| ServerError::BadData(e.to_string()))?;
+    let extent = |axis: usize| {
+        let along = || mesh.vertices_m.iter().map(|v| v[axis]);
+        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+    };
+    Ok(json!({
+        "file": file.display().to_string(),
+        "kind": "mesh",
+        "vertices": mesh.vertices_m.len(),
+        "triangles": mesh.faces.len(),
+        "extent": [extent(0), extent(1), extent(2)],
+        "refused_as_organ": mesh.check_closed().err().map(|e| e.to_string()),
+    }))
+}
+
 fn inspect_csv(file: &Path) -> Result<Value, ServerError> {
-    if let Some(extension @ ("toml" | "obj")) = file.extension().and_then(|e| e.to_str()) {
-        let what = format!("{}: this is no recording (.{extension}); use `haptic-server scene check`", file.display());
-        return Err(ServerError::BadData(what));
-    }
     let hand = csv::read_path(file, HandSide::default())?;
     let layout = match hand.kind {
         HandFileKind::Scene => "scene",
@@ -227,8 +250,14 @@ mod tests {
         let hand = write("h.csv", "TIME_S,X_M,Y_M,Z_M,BUTTONS\n0,0,0,0,0\n2.5,0,0,0,1\n");
         let found: Value = serde_json::from_str(&run(&hand, Format::Json).unwrap().text).unwrap();
         assert_eq!((&found["samples"], &found["duration_s"], &found["grips"]), (&json!(2), &json!(2.5), &json!(1)));
+        let mesh = write("t.obj", "v 0 0 0\nv 3 0 0\nv 0 1 0\nv 0 0 2\nf 1 2 3\nf 1 2 4\n");
+        let found: Value = serde_json::from_str(&run(&mesh, Format::Json).unwrap().text).unwrap();
+        assert_eq!((&found["vertices"], &found["triangles"]), (&json!(4), &json!(2)));
+        assert_eq!(found["extent"], json!([3.0, 1.0, 2.0]));
+        assert!(found["refused_as_organ"].as_str().is_some_and(|why| why.contains("open")), "{found}");
         for (name, text, says) in [
-            ("s.toml", "kind = 1", "scene check"),
+            ("s.toml", "kind = 1", "s.toml:1:1: unknown key"),
+            ("m.obj", "v 0 0 0\nv 0 1 x\n", "m.obj:2:7"),
             ("e.mcap", "", "no MCAP file"),
             ("n.mcap", "TIME_S,X_M\n", "no MCAP file"),
             ("x.bin", "\u{1}\u{2}", "header"),

@@ -63,18 +63,35 @@ pub fn refused(args: &SceneArgs, error: &SceneError) -> ServerError {
 
 /// The error with file:line:column of the key that it names, if it names one.
 fn placed(path: &Path, error: &SceneError) -> String {
-    let place = match error {
-        SceneError::Value { key, .. } => read_capped(path, LARGEST_SCENE_BYTES).ok().and_then(|bytes| {
-            let name = key.rsplit('.').next().unwrap_or(key);
-            let text = String::from_utf8_lossy(&bytes).into_owned();
-            text.lines().position(|l| l.split('=').next().is_some_and(|k| k.trim() == name)).map(|line| line + 1)
-        }),
+    let key = match error {
+        SceneError::Value { key, .. } | SceneError::Unit { key, .. } | SceneError::Reading { key, .. } => Some(*key),
         _ => None,
     };
+    let place = key.and_then(|key| {
+        let bytes = read_capped(path, LARGEST_SCENE_BYTES).ok()?;
+        line_of(&String::from_utf8_lossy(&bytes), key)
+    });
+    // The others end with a remedy of their own.
+    let remedy = if matches!(error, SceneError::Value { .. }) { "; correct the value" } else { "" };
     match place {
-        Some(line) => format!("{}:{line}:1: {error}; correct the value", path.display()),
-        None => format!("{}: {error}", path.display()),
+        Some(line) => format!("{}:{line}:1: {error}{remedy}", path.display()),
+        None => format!("{}: {error}{remedy}", path.display()),
     }
+}
+
+/// Line, from 1, on which a scene file gives a value to `section.name`.
+fn line_of(text: &str, key: &str) -> Option<usize> {
+    let (section, name) = key.rsplit_once('.').unwrap_or(("", key));
+    let mut within = String::new();
+    for (number, line) in (1..).zip(text.lines()) {
+        let line = line.trim_start();
+        if let Some((title, _)) = line.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
+            title.trim().clone_into(&mut within);
+        } else if within == section && line.split('=').next().is_some_and(|k| k.trim() == name) {
+            return Some(number);
+        }
+    }
+    None
 }
 
 /// Reads servo constants; what the file leaves out keeps its default.

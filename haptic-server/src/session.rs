@@ -9,6 +9,7 @@ use crate::error::ServerError;
 use protocol::ports::{PortError, PortNode, ServoStateReader, SessionCommandPublisher, WoundReportSubscriber};
 use protocol::run::{Environment, RunError, RunRoot};
 use protocol::session_command as command;
+use std::io::ErrorKind::PermissionDenied;
 use std::time::{Duration, Instant};
 
 /// An answer is awaited for this long: going to another scene builds it first.
@@ -21,9 +22,10 @@ const SERVO_FAULT: u32 = 5;
 impl From<RunError> for ServerError {
     fn from(error: RunError) -> Self {
         let sentence = error.to_string();
-        match error {
+        match &error {
             RunError::AlreadyRunning { .. } => Self::TryAgain(sentence),
             RunError::Unsafe { .. } => Self::Permission(sentence),
+            RunError::Io { source, .. } if source.kind() == PermissionDenied => Self::Permission(sentence),
             _ => Self::Unavailable(sentence),
         }
     }

@@ -69,7 +69,11 @@ fn tell_one(event: &ServoEvent) {
         EventKind::ModeChanged { from, to } => {
             tracing::info!(tick, from = from.name(), to = to.name(), "servo mode");
         }
-        EventKind::Faulted(fault) => tracing::error!(tick, code = fault.code(), "{fault}"),
+        EventKind::Faulted(fault) => tracing::error!(
+            tick,
+            code = fault.code(),
+            "{fault} (`haptic-server session rearm`, or the back button of the device)"
+        ),
         EventKind::Rearmed => tracing::info!(tick, "servo re-armed"),
         EventKind::RungChanged { from, to, age_ns } => {
             tracing::info!(tick, ?from, ?to, age_ns, "tissue port ladder");

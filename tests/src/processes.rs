@@ -3,6 +3,10 @@
 //! A [`Sandbox`] owns a folder of mode 0700 which its programs see as `XDG_RUNTIME_DIR`. A [`Program`] leads a process group
 //! of its own; dropped, the whole group is killed, so that no test can leave a servo or a solver running.
 
+mod programs;
+
+pub use programs::{binary, viewer, virtual_omni};
+
 use rustix::process::{Pid, Signal, kill_process_group};
 use std::ffi::OsStr;
 use std::fs::Permissions;
@@ -10,7 +14,6 @@ use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
@@ -228,57 +231,6 @@ pub fn is_gone_within(limit: Duration, process: Pid) -> bool {
         state().rsplit_once(')').is_none_or(|(_, rest)| rest.trim_start().starts_with(['Z', 'X'])).then_some(())
     })
     .is_some()
-}
-
-/// Packages whose programs the tests start. None of them draws: no graphics crate is compiled for them.
-const PACKAGES: [&str; 3] = ["haptic-server", "suture-tests", "virtual-omni"];
-
-/// Path of one of our binaries, built when it is not up to date, in the profile of the running test.
-///
-/// # Panics
-/// When cargo cannot build it.
-#[must_use]
-pub fn binary(name: &str) -> PathBuf {
-    static BUILT: OnceLock<PathBuf> = OnceLock::new();
-    BUILT.get_or_init(|| build_binaries(&PACKAGES)).join(name)
-}
-
-/// Path of the viewer, built likewise, with all its graphics crates: for tests that are asked for by name.
-///
-/// # Panics
-/// When cargo cannot build it.
-#[must_use]
-pub fn viewer() -> PathBuf {
-    static BUILT: OnceLock<PathBuf> = OnceLock::new();
-    BUILT.get_or_init(|| build_binaries(&["viewer-client"])).join("viewer-client")
-}
-
-/// Path of the virtual Omni's shared library, which cargo builds beside the tests that depend on it.
-///
-/// # Panics
-/// When it is not there: the running test does not depend on it.
-#[must_use]
-pub fn virtual_omni() -> PathBuf {
-    let this = std::env::current_exe().expect("a test knows its own path");
-    let library = this.with_file_name("libvirtual_omni.so");
-    assert!(library.exists(), "{} is missing", library.display());
-    library
-}
-
-/// Builds the binaries of these packages and returns their folder.
-fn build_binaries(packages: &[&str]) -> PathBuf {
-    let this = std::env::current_exe().expect("a test knows its own path");
-    // …/target/PROFILE/deps/NAME
-    let folder = this.ancestors().nth(2).expect("a test lies two folders below its profile's").to_path_buf();
-    let mut build = Command::new(env!("CARGO"));
-    build.args(["build", "--quiet", "--bins"]).current_dir(env!("CARGO_MANIFEST_DIR"));
-    build.args(packages.iter().flat_map(|package| ["--package", package]));
-    if folder.ends_with("release") {
-        build.arg("--release");
-    }
-    let status = build.status().expect("cargo runs");
-    assert!(status.success(), "cargo could not build the binaries");
-    folder
 }
 
 #[cfg(test)]

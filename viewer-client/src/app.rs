@@ -7,7 +7,7 @@ use crate::source::Source;
 use crate::status;
 use crate::tell::Tell;
 use crate::window::{self, Opening};
-use clap::Parser;
+use clap::{Arg, Parser};
 use protocol::run::{Environment, RunDir, RunRoot};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -25,7 +25,7 @@ const NICER: i32 = 10;
 
 /// Looks at a running suture-surgery server, or at a recording of one.
 #[derive(Debug, Parser)]
-#[command(name = "viewer-client", version, about)]
+#[command(name = "viewer-client", version, mut_args(headless_only))]
 struct Cli {
     /// Run directory of the server; without it the one of the running server.
     #[arg(long, value_name = "DIR")]
@@ -37,7 +37,7 @@ struct Cli {
     #[arg(long, conflicts_with_all = ["headless", "replay"])]
     text: bool,
     /// Makes pictures without a screen: --png, --frames or --bench.
-    #[arg(long)]
+    #[arg(long, requires = "picture")]
     headless: bool,
     /// Folder for screenshots and sample curves of the window.
     #[arg(long, value_name = "DIR", default_value = ".")]
@@ -48,8 +48,14 @@ struct Cli {
     #[command(flatten, next_help_heading = "Pictures, in the window and without a screen")]
     pictures: HeadlessArgs,
     /// Seconds between two lines.
-    #[arg(long, value_name = "SECONDS", default_value = "1", value_parser = interval)]
+    #[arg(long, value_name = "SECONDS", default_value = "1", requires = "text", value_parser = interval)]
     interval: Duration,
+}
+
+/// Options that a window would pass over in silence are refused without `--headless`.
+fn headless_only(arg: Arg) -> Arg {
+    let is_one = ["png", "frames", "bench", "at", "fps", "zoom", "overlays"].contains(&arg.get_id().as_str());
+    if is_one { arg.requires("headless") } else { arg }
 }
 
 fn interval(text: &str) -> Result<Duration, String> {
@@ -133,4 +139,24 @@ fn watch(cli: &Cli) -> Result<(), String> {
     }
     println!("the server is gone");
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_option_that_would_do_nothing_is_refused() {
+        let is_taken = |line: &str| Cli::try_parse_from(line.split(' ')).is_ok();
+        for line in ["v --size 640x480 --stereo", "v --headless --png a.png --at 2 --overlays", "v --text --interval 2"]
+        {
+            assert!(is_taken(line), "{line}");
+        }
+        for line in
+            ["v --png a.png", "v --overlays", "v --fps 5", "v --headless", "v --interval 2", "v --headless --text"]
+        {
+            assert!(!is_taken(line), "{line}");
+        }
+        assert!(!is_taken("v --headless --png a.png --bench 3"));
+    }
 }

@@ -96,7 +96,7 @@ impl FromStr for DeviceChoice {
             ("openhaptics", name) => Ok(Self::Openhaptics(name.map(str::to_owned))),
             ("hid", path) => Ok(Self::Hid(path.map(PathBuf::from))),
             ("firewire", None) => Ok(Self::Firewire),
-            _ => Err("give simulated, replay:FILE, openhaptics[:NAME], hid[:PATH] or firewire".to_owned()),
+            _ => Err("give simulated, replay:FILE, pointer, openhaptics[:NAME], hid[:PATH] or firewire".to_owned()),
         }
     }
 }

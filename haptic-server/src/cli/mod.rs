@@ -37,7 +37,7 @@ impl From<bool> for Format {
 
 /// Real-time haptic suture-surgery server.
 #[derive(Debug, Parser)]
-#[command(name = "haptic-server", version, about, arg_required_else_help = true)]
+#[command(name = "haptic-server", version, arg_required_else_help = true)]
 pub struct ServerCli {
     /// What to do.
     #[command(subcommand)]
@@ -192,7 +192,7 @@ pub struct RunArgs {
     /// What is simulated.
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Device: simulated, replay:FILE, openhaptics[:NAME], hid[:PATH], firewire.
+    /// Device: simulated, replay:FILE, pointer (the mouse of a viewer), openhaptics[:NAME], hid[:PATH], firewire.
     #[arg(long, value_name = "DEVICE", default_value = "simulated")]
     pub device: DeviceChoice,
     /// The OpenHaptics library, if it is not where the vendor's installer puts it.
@@ -299,7 +299,7 @@ pub struct DoctorArgs {
 
 /// The tissue process of the suture-surgery server.
 #[derive(Debug, Parser)]
-#[command(name = "deformation-solver", version, about)]
+#[command(name = "deformation-solver", version)]
 pub struct SolverCli {
     /// What is simulated.
     #[command(flatten)]
@@ -335,11 +335,12 @@ fn millimetres(text: &str) -> Result<f64, String> {
     }
 }
 
+/// What the viewer takes, so that it is refused before the run and not after it.
 fn picture_size(text: &str) -> Result<String, String> {
-    let side = |text: &str| text.parse::<u32>().is_ok_and(|side| (1..=16_384).contains(&side));
+    let side = |text: &str| text.parse::<u32>().is_ok_and(|side| (16..=8192).contains(&side));
     match text.split_once('x') {
         Some((width, height)) if side(width) && side(height) => Ok(text.to_owned()),
-        _ => Err("give width and height in pixels, as 1280x720".to_owned()),
+        _ => Err("give width and height, 16 to 8192 pixels each, as 1280x720".to_owned()),
     }
 }
 

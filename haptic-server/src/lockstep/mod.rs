@@ -10,6 +10,7 @@ mod trace;
 
 use crate::device::{PulledDevice, run_pulled};
 use crate::error::ServerError;
+use crate::record::writing;
 use crate::report::radar::{RadarAxis, radar_svg};
 use crate::report::tables::{ledger_rows, scene_kind_name, write_ledger};
 use crate::servo::params::ServoParams;
@@ -93,7 +94,7 @@ pub enum RunEnd {
 pub fn run(job: LockstepJob<'_>) -> Result<RunSummary, ServerError> {
     let LockstepJob { scene, hand, registration, session, device, params, longest_s, ends, out, kept } = job;
     if let Some(folder) = &out {
-        fs::create_dir_all(folder).map_err(|e| cannot_write(folder, &e))?;
+        fs::create_dir_all(folder).map_err(|e| writing(folder, &e))?;
     }
     let mut ticks_csv = match &out {
         Some(folder) => Some(create(&folder.join("ticks.csv"))?),
@@ -107,7 +108,7 @@ pub fn run(job: LockstepJob<'_>) -> Result<RunSummary, ServerError> {
     // Room for the run, but not for one that will end early: ten minutes at most are taken ahead.
     let reserve = ticks.min(600_000) as usize;
     let shown = out.clone().unwrap_or_default();
-    let mut trace = Trace::new(reserve, writer, report).map_err(|e| cannot_write(&shown, &e))?;
+    let mut trace = Trace::new(reserve, writer, report).map_err(|e| writing(&shown, &e))?;
     let mut film = kept.as_ref().map(Film::create).transpose()?;
     let end = End { ticks, when_finished: ends == RunEnd::WhenFinished };
     let mut watchers = Watchers { trace: &mut trace, film: film.as_mut() };
@@ -115,7 +116,7 @@ pub fn run(job: LockstepJob<'_>) -> Result<RunSummary, ServerError> {
     run_pulled(device, &mut room);
     let servo = room.into_servo();
     let recording = film.map(Film::finish);
-    trace.finish().map_err(|e| cannot_write(&shown, &e))?;
+    trace.finish().map_err(|e| writing(&shown, &e))?;
     let state = servo.state();
     let simulated_s = state.ticks as f64 * period_s;
     let summary = RunSummary {
@@ -149,7 +150,7 @@ pub fn run(job: LockstepJob<'_>) -> Result<RunSummary, ServerError> {
         write(&folder.join("force.svg"), trace.force_svg(&title).as_bytes())?;
         write(&folder.join("radar.svg"), radar(&summary.scene, &trace.report).as_bytes())?;
         let mut ledger = Vec::new();
-        write_ledger(&mut ledger, &trace.report).map_err(|e| cannot_write(folder, &e))?;
+        write_ledger(&mut ledger, &trace.report).map_err(|e| writing(folder, &e))?;
         write(&folder.join("ledger.csv"), &ledger)?;
         let text = serde_json::to_string_pretty(&summary).map_err(|e| ServerError::Internal(e.to_string()))?;
         write(&folder.join("summary.json"), format!("{text}\n").as_bytes())?;
@@ -176,13 +177,9 @@ fn radar(title: &str, report: &WoundReport) -> String {
 }
 
 fn create(path: &Path) -> Result<BufWriter<fs::File>, ServerError> {
-    fs::File::create(path).map(BufWriter::new).map_err(|e| cannot_write(path, &e))
+    fs::File::create(path).map(BufWriter::new).map_err(|e| writing(path, &e))
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), ServerError> {
-    fs::write(path, bytes).map_err(|e| cannot_write(path, &e))
-}
-
-fn cannot_write(path: &Path, error: &std::io::Error) -> ServerError {
-    ServerError::Permission(format!("cannot write {}: {error}; give another folder with --out", path.display()))
+    fs::write(path, bytes).map_err(|e| writing(path, &e))
 }

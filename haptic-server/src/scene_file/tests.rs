@@ -98,15 +98,26 @@ fn a_mesh_comes_from_the_scenes_folder_only() {
 fn a_value_that_the_scene_refuses_is_placed_at_its_key() {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("s.toml");
-    let text = skin_text().replace("rate_hz = 200.0", "rate_hz = -200.0");
-    let line = 1 + text.lines().position(|l| l.starts_with("rate_hz")).expect("replaced");
-    std::fs::write(&path, text).expect("write");
-    let scene = load(&path).expect("well-formed");
-    let error = sim_core::scene::step::Scene::new(&scene.config, None).expect_err("no negative rate");
-    let choice =
-        SceneArgs { scene: SceneChoice::File(path.clone()), procedure: None, control: None, capture_radius_mm: None };
-    let message = refused(&choice, &error).to_string();
-    assert!(message.starts_with(&format!("{}:{line}:1: ", path.display())), "{message}");
+    // The same name stands in three sections.
+    for (section, key) in
+        [("solver", "rate_hz"), ("tissue", "length_mm"), ("wound", "length_mm"), ("line", "length_mm")]
+    {
+        let mut lines: Vec<String> = skin_text().lines().map(str::to_owned).collect();
+        let head = lines.iter().position(|l| *l == format!("[{section}]")).expect("a section");
+        let at = head + lines[head..].iter().position(|l| l.starts_with(key)).expect("a key of it");
+        lines[at] = format!("{key} = -200.0");
+        std::fs::write(&path, lines.join("\n")).expect("write");
+        let scene = load(&path).expect("well-formed");
+        let error = sim_core::scene::step::Scene::new(&scene.config, None).expect_err("nothing of it is negative");
+        let choice = SceneArgs {
+            scene: SceneChoice::File(path.clone()),
+            procedure: None,
+            control: None,
+            capture_radius_mm: None,
+        };
+        let message = refused(&choice, &error).to_string();
+        assert!(message.starts_with(&format!("{}:{}:1: ", path.display(), at + 1)), "{section}: {message}");
+    }
 }
 
 #[test]

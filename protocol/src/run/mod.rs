@@ -73,7 +73,10 @@ pub enum RunError {
         path: PathBuf,
     },
     /// The operating system refused.
-    #[error("cannot {action} {}: {source}; check its owner, permissions and free space", path.display())]
+    #[error(
+        "cannot {action} {}: {source}; check its owner, permissions and free space, or set XDG_RUNTIME_DIR to a directory of your own",
+        path.display()
+    )]
     Io {
         /// What was tried.
         action: &'static str,

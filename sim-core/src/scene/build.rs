@@ -101,9 +101,14 @@ pub enum SceneError {
     /// The tissue cannot be built.
     #[error(transparent)]
     Tissue(#[from] TissueError),
-    /// A unit out of range.
-    #[error(transparent)]
-    Unit(#[from] UnitError),
+    /// A quantity out of range.
+    #[error("{key}: {error}")]
+    Unit {
+        /// Key in the scene file.
+        key: &'static str,
+        /// The quantity in SI units, and its range.
+        error: UnitError,
+    },
     /// Suture point patches cannot be used.
     #[error(transparent)]
     Patch(#[from] PatchError),
@@ -124,16 +129,15 @@ pub enum SceneError {
 /// [`SceneError`] with key or quantity, what was found and what is allowed.
 pub fn build_tissue(config: &SceneConfig, mesh: Option<&TriangleMesh>) -> Result<Tissue, SceneError> {
     let material = material(&config.material)?;
-    let mm = Metres::from_mm;
     let surface_wound = wound(config, PatchDepth::Surface)?;
     let deep_wound = wound(config, PatchDepth::CutLayers)?;
     built("tissue", INNER_LAYERS || matches!(config.tissue, TissueConfig::Utsm { .. }))?;
     let tissue = match &config.tissue {
         TissueConfig::Utsm { width_mm, length_mm, spacing_mm, pre_strain } => utsm::build(&UtsmParams {
-            width: mm(*width_mm)?,
-            length: mm(*length_mm)?,
-            spacing: mm(*spacing_mm)?,
-            thickness: mm(config.material.thickness_mm)?,
+            width: metres("tissue.width_mm", *width_mm)?,
+            length: metres("tissue.length_mm", *length_mm)?,
+            spacing: metres("tissue.spacing_mm", *spacing_mm)?,
+            thickness: metres("material.thickness_mm", config.material.thickness_mm)?,
             held: HeldRim::All,
             pre_strain: *pre_strain,
             material,
@@ -141,9 +145,9 @@ pub fn build_tissue(config: &SceneConfig, mesh: Option<&TriangleMesh>) -> Result
         })?,
         TissueConfig::Vosm { .. } => vosm::build(&vosm_params(config, mesh, material, deep_wound)?)?,
         TissueConfig::Ttsm { radius_mm, length_mm, wall_mm, layers, around, along } => ttsm::build(&TtsmParams {
-            radius: mm(*radius_mm)?,
-            length: mm(*length_mm)?,
-            wall: mm(*wall_mm)?,
+            radius: metres("tissue.radius_mm", *radius_mm)?,
+            length: metres("tissue.length_mm", *length_mm)?,
+            wall: metres("tissue.wall_mm", *wall_mm)?,
             layers: *layers,
             cells_around: *around,
             cells_along: *along,
@@ -185,36 +189,45 @@ fn vosm_params(
     };
     Ok(VosmParams {
         surface,
-        shell_distance: Metres::from_mm(*shell_distance_mm)?,
-        layer_thickness: Metres::from_mm(config.material.thickness_mm)?,
-        held: HeldRegion::Beyond(Metres::from_mm(*free_radius_mm)?),
+        shell_distance: metres("tissue.shell_distance_mm", *shell_distance_mm)?,
+        layer_thickness: metres("material.thickness_mm", config.material.thickness_mm)?,
+        held: HeldRegion::Beyond(metres("tissue.free_radius_mm", *free_radius_mm)?),
         site: WoundSite { near_m: Vec3::from(*wound_near_mm) * 1e-3, along: Vec3::from(*wound_along) },
         material,
         wound,
     })
 }
 
+fn metres(key: &'static str, value_mm: f64) -> Result<Metres, SceneError> {
+    Metres::from_mm(value_mm).map_err(|error| SceneError::Unit { key, error })
+}
+
 fn material(m: &MaterialConfig) -> Result<MaterialParams, SceneError> {
-    let drag = NewtonSecondsPerMetre::new(m.drag_n_s_per_m)?;
+    let at = |key| move |error| SceneError::Unit { key, error };
+    let drag = NewtonSecondsPerMetre::new(m.drag_n_s_per_m).map_err(at("material.drag_n_s_per_m"))?;
+    let stiffness = NewtonsPerMetre::from_n_per_mm(m.stiffness_n_per_mm).map_err(at("material.stiffness_n_per_mm"))?;
+    let density = KilogramsPerCubicMetre::new(m.density_kg_per_m3).map_err(at("material.density_kg_per_m3"))?;
     Ok(MaterialParams {
-        stiffness: NewtonsPerMetre::from_n_per_mm(m.stiffness_n_per_mm)?,
+        stiffness,
         factors: FamilyFactors::default(),
         drag: match m.drag {
             DragChoice::PerNode => DragReading::PerNode(drag),
-            DragChoice::PerArea => DragReading::PerArea { drag, spacing: Metres::from_mm(m.drag_reference_mm)? },
+            DragChoice::PerArea => {
+                DragReading::PerArea { drag, spacing: metres("material.drag_reference_mm", m.drag_reference_mm)? }
+            }
         },
-        density: KilogramsPerCubicMetre::new(m.density_kg_per_m3)?,
+        density,
     })
 }
 
 fn wound(config: &SceneConfig, patch_depth: PatchDepth) -> Result<WoundParams, SceneError> {
     Ok(WoundParams {
-        length: Metres::from_mm(config.wound.length_mm)?,
-        gap: Metres::from_mm(config.wound.gap_mm)?,
-        depth: Metres::from_mm(config.wound.depth_mm)?,
+        length: metres("wound.length_mm", config.wound.length_mm)?,
+        gap: metres("wound.gap_mm", config.wound.gap_mm)?,
+        depth: metres("wound.depth_mm", config.wound.depth_mm)?,
         pairs: in_range("suture.pairs", f64::from(config.suture.pairs), 1.0, MAX_PAIRS, "1 to 16")? as u32,
-        bite: Metres::from_mm(config.suture.bite_mm)?,
-        patch_radius: Metres::from_mm(config.suture.patch_radius_mm)?,
+        bite: metres("suture.bite_mm", config.suture.bite_mm)?,
+        patch_radius: metres("suture.patch_radius_mm", config.suture.patch_radius_mm)?,
         patch_depth,
     })
 }
@@ -291,6 +304,14 @@ mod tests {
         let params = solver_params(&config).unwrap();
         assert_eq!(params.automatic, Some(ChoiceParams::default()));
         assert_eq!(params.substeps, SubstepPolicy::Automatic { max: 1 });
+    }
+
+    #[test]
+    fn a_quantity_out_of_range_names_its_key() {
+        let mut config = presets::skin();
+        config.wound.gap_mm = -1.0;
+        let error = build_tissue(&config, None).unwrap_err().to_string();
+        assert!(error.starts_with("wound.gap_mm: length is -0.001 m"), "{error}");
     }
 
     #[test]

@@ -33,7 +33,7 @@ const DEFAULT_FOLDER: &str = "accuracy-report";
 
 /// Measures error against run time, stability, extreme cases, validation, and what each scene paid for.
 #[derive(Debug, Parser)]
-#[command(name = "accuracy-report", version, about)]
+#[command(name = "accuracy-report", version)]
 struct Arguments {
     /// The whole report in under two minutes on two cores, on coarser meshes; without it under thirty.
     #[arg(long)]

@@ -23,7 +23,7 @@ const LONGEST_S: f64 = 86_400.0;
 
 /// Replays recorded device traces through the live server and reports its latency beside a plain timer.
 #[derive(Debug, Parser)]
-#[command(name = "latency-harness", version, about)]
+#[command(name = "latency-harness", version)]
 struct Arguments {
     /// Recorded hands (.csv or .mcap), replayed open loop.
     #[arg(required = true)]

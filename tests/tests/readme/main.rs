@@ -1,6 +1,8 @@
-//! The README keeps its word: its commands exist, its options parse, its scene file is one, its files are there.
+//! The README keeps its word: its commands exist, its options parse, its scene file is one, its files are there. The other
+//! pages' commands parse, too.
 
-use clap::CommandFactory;
+use clap::error::ErrorKind;
+use clap::{CommandFactory, Parser};
 use haptic_server::cli::{ServerCli, SolverCli};
 use sim_core::scene::config::SceneConfig;
 use std::path::{Path, PathBuf};
@@ -70,4 +72,64 @@ fn every_file_it_sends_the_reader_to_is_there() {
     for path in paths {
         assert!(root().join(path).exists(), "README.md names {path}, which is not there");
     }
+}
+
+/// Command lines of `haptic-server` in a page: in shell blocks and in the running text, without comments.
+fn command_lines(page: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut fence = None;
+    for line in page.lines() {
+        if let Some(language) = line.strip_prefix("```") {
+            fence = if fence.is_some() { None } else { Some(language) };
+            continue;
+        }
+        let texts: Vec<&str> = match fence {
+            Some("sh") => line.split(" #").take(1).collect(),
+            Some(_) => Vec::new(),
+            None => line.split('`').skip(1).step_by(2).collect(),
+        };
+        let of_server =
+            texts.iter().filter_map(|text| text.find("haptic-server ").map(|at| text[at..].trim().to_owned()));
+        found.extend(of_server);
+    }
+    found
+}
+
+/// Words as a shell would see them, as far as these pages need it: quotes hold words together.
+fn words(line: &str) -> Vec<String> {
+    let parts = line.split('"').enumerate();
+    parts
+        .flat_map(|(n, part)| match n % 2 {
+            0 => part.split_whitespace().map(str::to_owned).collect::<Vec<_>>(),
+            _ => vec![part.to_owned()],
+        })
+        .collect()
+}
+
+#[test]
+fn every_command_of_the_pages_is_one() {
+    let docs = std::fs::read_dir(root().join("docs")).expect("there are pages");
+    let paths = docs.map(|entry| entry.expect("readable").path()).filter(|p| p.extension().is_some_and(|e| e == "md"));
+    let mut seen = 0;
+    for path in paths.chain([root().join("README.md")]) {
+        for line in command_lines(&std::fs::read_to_string(&path).expect("readable")) {
+            seen += 1;
+            // A command may be named without what it needs.
+            let named_only = [ErrorKind::MissingRequiredArgument, ErrorKind::MissingSubcommand, ErrorKind::DisplayHelp];
+            match ServerCli::try_parse_from(words(&line)) {
+                Err(error) if !named_only.contains(&error.kind()) => panic!("{}: `{line}`: {error}", path.display()),
+                _ => {}
+            }
+        }
+    }
+    assert!(seen >= 20, "only {seen} command lines found: have the pages changed their shape?");
+}
+
+#[test]
+fn a_command_line_is_found_and_cut_out_of_its_page() {
+    let page = "Say `haptic-server doctor --json` or `x`.\n```sh\nA=b ./haptic-server run --device \"openhaptics:A B\"  # why\n```\n\
+                ```\nhaptic-server tells\n```\n";
+    let lines = command_lines(page);
+    assert_eq!(lines, ["haptic-server doctor --json", "haptic-server run --device \"openhaptics:A B\""]);
+    assert_eq!(words(&lines[1])[3], "openhaptics:A B");
 }

@@ -1,9 +1,10 @@
-//! One device: stylus, sensors, motors, frame, calibration, and the faults that have been done to it.
+//! One device: stylus, sensors, motors, frame, calibration. What faults have left behind is in `ailments.rs`.
 //!
 //! Frames: begin latches what the sensors say and zeroes the force; end sends what was set; data read outside a frame are
 //! those of the last one. An inkwell device is calibrated while its stylus stands in the inkwell; until then its joints
 //! count from a wrong zero. SI inside, device frame; millimetres appear in `parameters.rs` only.
 
+use crate::ailments::Ailments;
 use crate::arm::{self, Reading, UNCALIBRATED_RAD};
 use crate::codes;
 use crate::faults::Fault;
@@ -70,15 +71,9 @@ pub(crate) struct VirtualDevice {
     pub(crate) light: i32,
     filter: VelocityFilter,
     since_frame_s: f64,
-    pending: Vec<u32>,
-    plugged: bool,
-    locked: bool,
     /// Joint angles at which the encoders count zero, radians.
     zero_error: Vec3,
-    slip_m: f64,
-    garbage_frames: u32,
-    frozen_frames: u32,
-    stuck_buttons: u32,
+    ailments: Ailments,
 }
 
 impl VirtualDevice {
@@ -103,31 +98,17 @@ impl VirtualDevice {
             light: 0,
             filter: VelocityFilter::default(),
             since_frame_s: 0.0,
-            pending: Vec::with_capacity(16),
-            plugged: true,
-            locked: false,
             zero_error: match calibration {
                 Calibration::Kept => Vec3::zeros(),
                 Calibration::Missing => Vec3::from(UNCALIBRATED_RAD),
             },
-            slip_m: 0.0,
-            garbage_frames: 0,
-            frozen_frames: 0,
-            stuck_buttons: 0,
+            ailments: Ailments::default(),
         }
     }
 
     /// Whether it can be opened; the error otherwise.
     pub(crate) fn openable(&self) -> Result<(), u32> {
-        if self.open {
-            Err(codes::DEVICE_ALREADY_INITIATED)
-        } else if self.locked {
-            Err(codes::COMM_CONFIG_ERROR)
-        } else if self.plugged {
-            Ok(())
-        } else {
-            Err(codes::DEVICE_FAULT)
-        }
+        if self.open { Err(codes::DEVICE_ALREADY_INITIATED) } else { self.ailments.openable() }
     }
 
     /// Opens it: forces are off, limits at their defaults.
@@ -147,24 +128,12 @@ impl VirtualDevice {
     /// A fault is done to it.
     pub(crate) fn suffer(&mut self, fault: Fault) {
         match fault {
-            Fault::Error(code) => {
-                if (codes::WARM_MOTORS..=codes::FORCE_ERROR).contains(&code) {
-                    self.motors.restart();
-                }
-                self.pending.push(code);
-            }
-            Fault::Unplug => {
-                self.plugged = false;
-                self.motors.restart();
-            }
-            Fault::Replug => self.plugged = true,
             Fault::Uncalibrate => self.calibration = Calibration::Missing,
             Fault::Warm(temperature) => self.motors.temperature = Vec3::repeat(temperature),
-            Fault::Jump(millimetres) => self.slip_m += millimetres * 1e-3,
-            Fault::Garbage(frames) => self.garbage_frames = frames,
-            Fault::Freeze(frames) => self.frozen_frames = frames,
-            Fault::Buttons(bits) => self.stuck_buttons = bits,
-            Fault::Lock => self.locked = true,
+            fault => self.ailments.add(fault),
+        }
+        if fault.stops_motors() {
+            self.motors.restart();
         }
     }
 
@@ -172,7 +141,7 @@ impl VirtualDevice {
     pub(crate) fn pass(&mut self, dt_s: f64) {
         self.since_frame_s += dt_s;
         if let Some(code) = self.motors.pass(dt_s, &self.settings) {
-            self.pending.push(code);
+            self.ailments.complain(code);
         }
         self.stylus.pass(dt_s, self.motors.force_n, self.calibration);
     }
@@ -197,7 +166,8 @@ impl VirtualDevice {
             return Err(codes::INVALID_OPERATION);
         }
         self.calibration = Calibration::Kept;
-        (self.zero_error, self.slip_m) = (Vec3::zeros(), 0.0);
+        self.zero_error = Vec3::zeros();
+        self.ailments.forget_slip();
         // A new zero is no motion.
         self.filter = VelocityFilter::default();
         Ok(())
@@ -211,19 +181,16 @@ impl VirtualDevice {
         self.frames = Frames { open: true, tick: Some(tick) };
         self.last = self.current;
         self.last_wanted = std::mem::take(&mut self.wanted);
-        let mut errors = std::mem::take(&mut self.pending);
-        if !self.plugged {
-            errors.push(codes::COMM_ERROR);
+        let errors = self.ailments.complaints();
+        if !self.ailments.is_plugged() {
             return Ok(errors);
         }
-        let buttons = self.stylus.buttons | self.stuck_buttons;
-        self.current.garbage = self.garbage_frames > 0;
-        self.garbage_frames = self.garbage_frames.saturating_sub(1);
-        if self.frozen_frames > 0 {
-            self.frozen_frames -= 1;
+        let buttons = self.stylus.buttons | self.ailments.stuck_buttons();
+        self.current.garbage = self.ailments.is_garbage();
+        if self.ailments.is_frozen() {
             return Ok(errors);
         }
-        let place = self.stylus.state.position_m + Vec3::new(self.slip_m, 0.0, 0.0);
+        let place = self.stylus.state.position_m + self.ailments.slip_m();
         let reading = arm::read(place, self.stylus.gimbal, self.zero_error);
         let velocity_m_per_s = self.filter.update(reading.position_m, self.since_frame_s);
         self.since_frame_s = 0.0;
@@ -246,7 +213,7 @@ impl VirtualDevice {
             }
             Some(torque) => reading.force(torque).unwrap_or_default(),
         };
-        if !self.plugged || !self.joined {
+        if !self.ailments.is_plugged() || !self.joined {
             self.motors.restart();
             return Ok(asked_n);
         }

@@ -2,7 +2,9 @@
 //!
 //! A script is a list `SECONDS:FAULT`, separated by semicolons, seconds since the first tick:
 //! `2:error=0x302;4.5:unplug;6:replug;7:warm=0.8;8:jump=20;9:garbage=4;10:freeze=30;11:uncalibrate;12:buttons=3`.
-//! Faults act on device 0. Deliberately absent: what a fault does (`device.rs`).
+//! Faults act on device 0. Deliberately absent: what a fault does (`device.rs`, `ailments.rs`).
+
+use crate::codes;
 
 /// One fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +32,15 @@ pub enum Fault {
 }
 
 impl Fault {
+    /// Whether the motors are without current from then on.
+    pub(crate) fn stops_motors(self) -> bool {
+        match self {
+            Self::Error(code) => (codes::WARM_MOTORS..=codes::FORCE_ERROR).contains(&code),
+            Self::Unplug => true,
+            _ => false,
+        }
+    }
+
     /// From the text of a script.
     fn parse(text: &str) -> Option<Self> {
         let (name, value) = text.split_once('=').unwrap_or((text, ""));

@@ -8,6 +8,7 @@
 
 mod abi;
 mod abi_control;
+mod ailments;
 mod arm;
 mod clockwork;
 pub mod codes;

@@ -9,13 +9,13 @@ use std::path::PathBuf;
 #[derive(Clone, Debug, clap::Args)]
 pub struct HeadlessArgs {
     /// One picture into this file.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", group = "picture")]
     pub(super) png: Option<PathBuf>,
     /// A sequence of pictures into this folder: until the server or the recording ends.
-    #[arg(long, value_name = "DIR", conflicts_with = "png")]
+    #[arg(long, value_name = "DIR", group = "picture")]
     pub(super) frames: Option<PathBuf>,
     /// Draws so many pictures and says how long they took.
-    #[arg(long, value_name = "N", conflicts_with_all = ["png", "frames"], value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", group = "picture", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(super) bench: Option<u32>,
     /// Width and height in pixels.
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]

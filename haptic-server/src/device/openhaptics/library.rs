@@ -84,7 +84,11 @@ pub fn load(given: Option<&Path>) -> Result<(Hd, PathBuf), LibraryError> {
                     cause: chain(&error),
                 });
             }
-            Err((None, error)) => tried.push(format!("{}: {}", path.display(), chain(&error))),
+            Err((None, error)) => {
+                let (name, said) = (path.display().to_string(), chain(&error));
+                // The loader names what is not there itself.
+                tried.push(if said.starts_with(&name) { said } else { format!("{name}: {said}") });
+            }
         }
     }
     let tried = tried.join("; ");

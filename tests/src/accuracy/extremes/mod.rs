@@ -17,6 +17,7 @@ pub mod nets;
 mod outputs;
 pub mod rig;
 mod servo;
+mod servo_alone;
 mod stiffness;
 mod time;
 
@@ -136,13 +137,13 @@ impl Case {
     }
 }
 
-/// A group of cases: its name, and name and function of each.
 /// A case with its name.
 type Named = (&'static str, fn() -> Outcome);
+/// A group of cases with its name.
 type Group = (&'static str, &'static [Named]);
 
 /// All groups.
-const GROUPS: [Group; 9] = [
+const GROUPS: [Group; 10] = [
     ("stiffness and mass", stiffness::CASES),
     ("time", time::CASES),
     ("geometry", geometry::CASES),
@@ -151,6 +152,7 @@ const GROUPS: [Group; 9] = [
     ("attachments", attachments::CASES),
     ("conservation", conservation::CASES),
     ("servo", servo::CASES),
+    ("servo", servo_alone::CASES),
     ("outputs", outputs::CASES),
 ];
 

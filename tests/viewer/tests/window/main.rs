@@ -10,10 +10,11 @@ use nalgebra::{Matrix4, Point3};
 use protocol::ports::{PortNode, TissuePortSubscriber};
 use protocol::run::{Environment, RunDir, RunRoot};
 use protocol::tissue_port::TissuePort;
-use screen::{LIMIT, Screen, Server, Viewer, server};
+use screen::{LIMIT, Screen, Server, Viewer};
 use serde_json::Value;
 use std::path::Path;
 use std::time::{Duration, Instant};
+use suture_tests::processes::binary;
 use viewer_client::feed::{Feed, View};
 use viewer_client::gpu::{Picture, png};
 
@@ -168,7 +169,7 @@ fn a_person_with_a_mouse_orbits_picks_sutures_restores_and_quits() {
     let Some(screen) = Screen::start() else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let arguments = ["run", "--device", "pointer", "--scene", "skin", "--duration", "600"];
-    let server = Server::start(&server(), folder.path(), &arguments);
+    let server = Server::start(&binary("haptic-server"), folder.path(), &arguments);
     let mut eyes = Eyes::open(&attach(folder.path()));
     eyes.point(0);
     let mut at_window = Viewer::start(&screen, folder.path(), folder.path());

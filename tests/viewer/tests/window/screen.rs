@@ -2,29 +2,10 @@
 
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
-
-/// Packages that the contract tests build together; built together here, too, so that they are compiled once.
-const PACKAGES: [&str; 3] = ["haptic-server", "suture-tests", "virtual-omni"];
-
-/// The server, built when it is not up to date, in the profile of the running test.
-pub(crate) fn server() -> PathBuf {
-    let this = std::env::current_exe().expect("a test knows its own path");
-    // …/target/PROFILE/deps/NAME
-    let folder = this.ancestors().nth(2).expect("a test lies two folders below its profile's").to_path_buf();
-    let mut build = Command::new(env!("CARGO"));
-    build.args(["build", "--quiet", "--bins"]).current_dir(env!("CARGO_MANIFEST_DIR"));
-    build.args(PACKAGES.iter().flat_map(|package| ["--package", package]));
-    if folder.ends_with("release") {
-        build.arg("--release");
-    }
-    build.arg("--target-dir").arg(folder.parent().expect("a profile lies in the target folder"));
-    assert!(build.status().expect("cargo runs").success(), "the server does not build");
-    folder.join("haptic-server")
-}
 
 /// A running server that ends with the test.
 pub(crate) struct Server(Child);
