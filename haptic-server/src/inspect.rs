@@ -250,7 +250,7 @@ mod tests {
         let hand = write("h.csv", "TIME_S,X_M,Y_M,Z_M,BUTTONS\n0,0,0,0,0\n2.5,0,0,0,1\n");
         let found: Value = serde_json::from_str(&run(&hand, Format::Json).unwrap().text).unwrap();
         assert_eq!((&found["samples"], &found["duration_s"], &found["grips"]), (&json!(2), &json!(2.5), &json!(1)));
-        let mesh = write("t.obj", "v 0 0 0\nv 3 0 0\nv 0 1 0\nv 0 0 2\nf 1 2 3\nf 1 2 4\n");
+        let mesh = write("t.obj", "v 0 0 0\nv 3 0 0\nv 0 1 0\nv 0 0 2\nf 1 2 3\nf 1 4 2\n");
         let found: Value = serde_json::from_str(&run(&mesh, Format::Json).unwrap().text).unwrap();
         assert_eq!((&found["vertices"], &found["triangles"]), (&json!(4), &json!(2)));
         assert_eq!(found["extent"], json!([3.0, 1.0, 2.0]));
