@@ -78,7 +78,7 @@ impl Studio {
 
     /// Puts the panels over every picture from now on.
     pub fn show_panels(&mut self, origin: Origin) {
-        let overlay = StillOverlay::new(&self.gpu.device, Offscreen::FORMAT);
+        let overlay = StillOverlay::new(&self.gpu, Offscreen::FORMAT);
         self.panels = Some(Panels { overlay, samples: Samples::default(), origin });
     }
 
@@ -120,8 +120,7 @@ impl Studio {
             if self.look.stereo == Stereo::SideBySide {
                 situation.projection = None;
             }
-            let Gpu { device, queue, .. } = &self.gpu;
-            overlay.draw(device, queue, &mut encoder, target, [width, height], view, &situation);
+            overlay.draw(&self.gpu, &mut encoder, target, [width, height], view, &situation);
         }
         encoder
     }

@@ -4,6 +4,7 @@ use super::Overlay;
 use super::painter::Painter;
 use super::situation::Situation;
 use crate::feed::View;
+use crate::gpu::Gpu;
 use egui::{Context, Pos2, RawInput, Rect, Vec2};
 
 /// egui measures a panel in one pass and places it in the next.
@@ -19,9 +20,9 @@ pub struct StillOverlay {
 impl StillOverlay {
     /// For targets of this format, one sample per pixel.
     #[must_use]
-    pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
+    pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
         let context = Context::default();
-        Self { overlay: Overlay::new(&context), context, painter: Painter::new(device, format) }
+        Self { overlay: Overlay::new(&context), context, painter: Painter::new(gpu, format) }
     }
 
     /// The overlay, to choose what is shown.
@@ -35,11 +36,9 @@ impl StillOverlay {
     }
 
     /// Draws the panels for this view over the target.
-    #[expect(clippy::too_many_arguments, reason = "what a picture is drawn with, and what is drawn")]
     pub fn draw(
         &mut self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
+        gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         target: &wgpu::TextureView,
         size: [u32; 2],
@@ -53,8 +52,8 @@ impl StillOverlay {
             let output = self.context.run_ui(input, |ui| {
                 self.overlay.show(ui, view, situation);
             });
-            self.painter.update(device, queue, &self.context, output);
+            self.painter.update(gpu, &self.context, output);
         }
-        self.painter.paint(device, queue, encoder, target, size);
+        self.painter.paint(gpu, encoder, target, size);
     }
 }

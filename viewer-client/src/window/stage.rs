@@ -75,7 +75,7 @@ impl Stage {
     pub(super) fn open(event_loop: &ActiveEventLoop, window: Arc<Window>, desk: Desk) -> Result<Self, ScreenError> {
         let (screen, gpu) = Screen::open(event_loop, &window)?;
         let renderer = Renderer::new(&gpu, screen.format());
-        let painter = Painter::new(&gpu.device, screen.format());
+        let painter = Painter::new(&gpu, screen.format());
         let context = Context::default();
         let overlay = Overlay::new(&context);
         let scale = Some(window.scale_factor() as f32);
@@ -274,7 +274,7 @@ impl Stage {
         let output = self.context.run_ui(input, |ui| {
             wishes.extend(self.overlay.show(ui, self.desk.view(), &situation));
         });
-        let platform = self.painter.update(&self.gpu.device, &self.gpu.queue, &self.context, output);
+        let platform = self.painter.update(&self.gpu, &self.context, output);
         self.panels.handle_platform_output(&self.window, platform);
         for wish in wishes {
             // Buttons do not quit.
@@ -309,7 +309,7 @@ impl Stage {
 
     fn paint(&mut self, encoder: &mut wgpu::CommandEncoder, target: &wgpu::TextureView, size: [u32; 2]) {
         self.renderer.draw(&self.gpu, encoder, target, size, &self.desk.camera, &self.desk.look);
-        self.painter.paint(&self.gpu.device, &self.gpu.queue, encoder, target, size);
+        self.painter.paint(&self.gpu, encoder, target, size);
     }
 
     fn screenshot(&mut self) {
@@ -318,7 +318,7 @@ impl Stage {
         let Self { renderer, painter, gpu, desk, screen, .. } = self;
         let taken = shot::take(gpu, screen.format(), size, &desk.folder, |encoder, target| {
             renderer.draw(gpu, encoder, target, size, &desk.camera, &desk.look);
-            painter.paint(&gpu.device, &gpu.queue, encoder, target, size);
+            painter.paint(gpu, encoder, target, size);
         });
         match taken {
             Ok(path) => {
