@@ -65,7 +65,9 @@ fn two_eyes() {
 
 #[test]
 fn fast() {
-    stored("fast", Look { quality: Quality::Fast, ..FULL }, &view(Kind::Liver));
+    for (name, kind) in [("fast", Kind::Liver), ("fast-skin", Kind::Skin), ("fast-vessel", Kind::Vessel)] {
+        stored(name, Look { quality: Quality::Fast, ..FULL }, &view(kind));
+    }
 }
 
 /// Looks at a detail from nearby.

@@ -31,14 +31,15 @@ fn every_shader_is_valid() {
 }
 
 #[test]
-fn every_shader_file_is_among_them() {
+fn every_shader_file_is_part_of_one_of_them() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../viewer-client/src/render");
     let files = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{folder}: {e}"));
-    let names = files.filter_map(|f| f.ok()?.file_name().into_string().ok());
-    let mut shaders_on_disk: Vec<String> =
-        names.filter_map(|n| Some(n.strip_suffix(".wgsl")?.to_owned())).filter(|n| n != "common").collect();
-    shaders_on_disk.sort();
-    let mut known: Vec<&str> = shaders().iter().map(|(name, _)| *name).collect();
-    known.sort_unstable();
-    assert_eq!(shaders_on_disk, known);
+    let paths = files.filter_map(|f| Some(f.ok()?.path())).filter(|p| p.extension().is_some_and(|e| e == "wgsl"));
+    let mut count = 0;
+    for path in paths {
+        let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        assert!(shaders().iter().any(|(_, source)| source.contains(text.trim_end())), "{}", path.display());
+        count += 1;
+    }
+    assert!(count >= shaders().len());
 }

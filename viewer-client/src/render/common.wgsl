@@ -91,44 +91,57 @@ fn cells(p: vec2f) -> vec2f {
     return vec2f(sqrt(nearest), sqrt(second) - sqrt(nearest));
 }
 
-fn lit_share(position: vec3f, normal: vec3f) -> f32 {
-    let texel = globals.high.w;
+// Where a place is in the shadow map; z: how far from the lamp.
+fn in_shadow_map(position: vec3f, normal: vec3f) -> vec3f {
     let radius = length(globals.high.xyz - globals.low.xyz);
-    let shifted = position + normal * radius * texel * 2.0;
+    let shifted = position + normal * radius * globals.high.w * 2.0;
     let clip = globals.light_from_scene * vec4f(shifted, 1.0);
-    let at = vec2f(0.5 + 0.5 * clip.x, 0.5 - 0.5 * clip.y);
-    if any(at < vec2f(0.0)) || any(at > vec2f(1.0)) {
-        return 1.0;
-    }
-    let depth = clip.z - 0.0015;
+    return vec3f(0.5 + 0.5 * clip.x, 0.5 - 0.5 * clip.y, clip.z - 0.0015);
+}
+
+fn lit_share(in_map: vec3f) -> f32 {
+    let at = in_map.xy;
     var share = 0.0;
     if FULL {
         for (var y = -1; y <= 1; y++) {
             for (var x = -1; x <= 1; x++) {
-                let shift = vec2f(f32(x), f32(y)) * texel * 1.6;
-                share += textureSampleCompareLevel(shadow_map, shadow_sampler, at + shift, depth) / 9.0;
+                let shift = vec2f(f32(x), f32(y)) * globals.high.w * 1.6;
+                share += textureSampleCompareLevel(shadow_map, shadow_sampler, at + shift, in_map.z) / 9.0;
             }
         }
     } else {
-        share = textureSampleCompareLevel(shadow_map, shadow_sampler, at, depth);
+        share = textureSampleCompareLevel(shadow_map, shadow_sampler, at, in_map.z);
     }
-    return mix(1.0, share, globals.lamp.w);
+    let outside = any(at < vec2f(0.0)) || any(at > vec2f(1.0));
+    return select(mix(1.0, share, globals.lamp.w), 1.0, outside);
+}
+
+// Light that a place sends to the eye, without reflections.
+struct Light {
+    // Of the sky, of the eye, and of the lamp what scatters into its shadow.
+    everywhere: vec3f,
+    // Of the lamp, where it reaches.
+    from_lamp: vec3f,
+}
+
+fn light(m: Material, n: vec3f, to_eye: vec3f) -> Light {
+    let facing = dot(n, globals.lamp.xyz);
+    let diffuse = saturate((vec3f(facing) + m.scatter) / (vec3f(1.0) + m.scatter));
+    let sky = mix(vec3f(0.13, 0.11, 0.11), vec3f(0.30, 0.32, 0.36), 0.5 + 0.5 * n.z) * globals.scale.w * m.open;
+    let front = 0.22 * saturate(dot(n, to_eye)) * m.open;
+    let lamp = m.albedo * diffuse * vec3f(1.34, 1.29, 1.20) * m.open;
+    // What scatters lets the edge of a shadow glow.
+    let glow = m.scatter * 0.25;
+    return Light(m.albedo * (sky + front) + lamp * glow, lamp * (1.0 - glow));
 }
 
 fn lit(m: Material, position: vec3f, normal: vec3f) -> vec3f {
     let to_eye = normalize(globals.eye.xyz - position);
     let n = select(-normal, normal, dot(normal, to_eye) >= 0.0);
+    let share = lit_share(in_shadow_map(position, n));
+    let l = light(m, n, to_eye);
     let lamp = globals.lamp.xyz;
-    let share = lit_share(position, n);
-    let facing = dot(n, lamp);
-    let diffuse = saturate((vec3f(facing) + m.scatter) / (vec3f(1.0) + m.scatter));
-    let sky = mix(vec3f(0.13, 0.11, 0.11), vec3f(0.30, 0.32, 0.36), 0.5 + 0.5 * n.z) * globals.scale.w * m.open;
-    let front = 0.22 * saturate(dot(n, to_eye)) * m.open;
-    // What scatters lets the edge of a shadow glow.
-    let through = mix(vec3f(share), vec3f(1.0), m.scatter * 0.25);
-    var colour = m.albedo * (diffuse * through * vec3f(1.34, 1.29, 1.20) * m.open + sky + front);
-    let middle = normalize(lamp + to_eye);
-    let shine = saturate(dot(n, middle));
+    let shine = saturate(dot(n, normalize(lamp + to_eye)));
     let away = 1.0 - saturate(dot(n, to_eye));
     let rim = away * away * away * away * away;
     let sharp = pow(shine, m.sharpness) * (m.sharpness + 8.0) * 0.035;
@@ -136,9 +149,8 @@ fn lit(m: Material, position: vec3f, normal: vec3f) -> vec3f {
     if FULL {
         broad = pow(shine, 0.12 * m.sharpness + 1.0) * 0.10;
     }
-    let reflected = (sharp + broad) * share * saturate(facing * 4.0) + 0.35 * rim * (0.4 + 0.6 * n.z);
-    colour += vec3f(m.gloss * reflected * m.open);
-    return colour;
+    let reflected = (sharp + broad) * share * saturate(dot(n, lamp) * 4.0) + 0.35 * rim * (0.4 + 0.6 * n.z);
+    return l.everywhere + l.from_lamp * share + vec3f(m.gloss * reflected * m.open);
 }
 
 // The scale's colour of a value.
@@ -153,7 +165,12 @@ fn scaled(value: f32) -> vec3f {
 fn shown(colour: vec3f) -> vec4f {
     // Straight up to 0.7, then bending towards 1.
     let over = max(colour - 0.7, vec3f(0.0));
-    return stored(min(colour, vec3f(0.7)) + 0.3 * over / (over + 0.3));
+    let straight = min(colour, vec3f(0.7));
+    if FULL {
+        return stored(straight + 0.3 * over / (over + 0.3));
+    }
+    let short = 1.0 - min(over, vec3f(1.0));
+    return stored(straight + 0.3 * (1.0 - short * short * short));
 }
 
 fn stored(mapped: vec3f) -> vec4f {
@@ -161,9 +178,9 @@ fn stored(mapped: vec3f) -> vec4f {
         if FULL {
             return vec4f(pow(mapped, vec3f(1.0 / 2.2)), 1.0);
         }
-        // Within 0.01 of the power from 0.01 to 1, in two roots.
+        // Within 0.008 of the power from 0 to 1, without a power.
         let root = sqrt(mapped);
-        return vec4f(mix(root, sqrt(root), 0.17), 1.0);
+        return vec4f(root * (1.19 + root * (0.11 * root - 0.30)), 1.0);
     }
     return vec4f(mapped, 1.0);
 }

@@ -1,6 +1,7 @@
 //! Rigid bodies made in code: ball, rod, cone, needle holder, needle. Ball, rod and cone are of size one; the tool is in
 //! metres, its jaws at the origin, its handles along +z.
 
+use std::collections::HashMap;
 use std::f32::consts::{PI, TAU};
 
 /// Radius of the needle's arc, metres.
@@ -10,10 +11,14 @@ const ARC_RAD: (f32, f32) = (1.0, 4.25);
 /// Corners around a rod.
 const ROUND: u32 = 12;
 
-/// Positions and normals, three vertices a triangle.
+/// Triangles that turn to the left seen from outside.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Mesh {
+    /// Positions and normals, each pair once.
     pub(super) vertices: Vec<[f32; 6]>,
+    /// Three vertices a triangle.
+    pub(super) indices: Vec<u32>,
+    known: HashMap<[u32; 6], u32>,
 }
 
 /// A cross-section of a sweep: middle, half axes along two directions.
@@ -36,12 +41,34 @@ fn unit(a: [f32; 3]) -> [f32; 3] {
     a.map(|c| c / size)
 }
 
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a.iter().zip(b).map(|(p, q)| p * q).sum()
+}
+
 impl Mesh {
+    /// Two triangles, or one where two corners are the same.
     fn quad(&mut self, corners: [[f32; 3]; 4], normals: [[f32; 3]; 4]) {
-        for i in [0, 1, 2, 2, 1, 3] {
-            let ([x, y, z], [nx, ny, nz]) = (corners[i], normals[i]);
-            self.vertices.push([x, y, z, nx, ny, nz]);
+        for [i, j, k] in [[0, 1, 2], [2, 1, 3]] {
+            let [a, b, c] = [corners[i], corners[j], corners[k]];
+            if a == b || b == c || c == a {
+                continue;
+            }
+            let out = [i, j, k].map(|corner| normals[corner]);
+            let turned = cross(minus(b, a), minus(c, a));
+            let order = if out.iter().any(|n| dot(turned, *n) < 0.0) { [i, k, j] } else { [i, j, k] };
+            let triangle = order.map(|corner| self.vertex(corners[corner], normals[corner]));
+            self.indices.extend(triangle);
         }
+    }
+
+    fn vertex(&mut self, [x, y, z]: [f32; 3], [a, b, c]: [f32; 3]) -> u32 {
+        let vertex = [x, y, z, a, b, c];
+        let next = self.vertices.len() as u32;
+        let index = *self.known.entry(vertex.map(f32::to_bits)).or_insert(next);
+        if index == next {
+            self.vertices.push(vertex);
+        }
+        index
     }
 
     /// A closed skin over cross-sections, with flat ends.
@@ -187,8 +214,22 @@ pub(super) fn needle() -> Mesh {
 mod tests {
     use super::*;
 
-    fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-        a.iter().zip(b).map(|(p, q)| p * q).sum()
+    #[test]
+    fn every_triangle_faces_the_way_its_corners_do_and_no_vertex_is_there_twice() {
+        for mesh in [ball(), rod(), cone(), holder(), needle()] {
+            for face in mesh.indices.as_chunks::<3>().0 {
+                let corners = face.map(|i| mesh.vertices[i as usize]);
+                let [a, b, c] = corners.map(|[x, y, z, ..]| [x, y, z]);
+                let turned = cross(minus(b, a), minus(c, a));
+                let out = corners.iter().map(|[_, _, _, x, y, z]| dot(turned, [*x, *y, *z])).sum::<f32>();
+                assert!(out > 0.0, "{corners:?}");
+            }
+            let mut bits: Vec<_> = mesh.vertices.iter().map(|v| v.map(f32::to_bits)).collect();
+            bits.sort_unstable();
+            bits.dedup();
+            assert_eq!(bits.len(), mesh.vertices.len());
+            assert!(mesh.vertices.len() * 2 < mesh.indices.len());
+        }
     }
 
     #[test]

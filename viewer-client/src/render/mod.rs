@@ -37,7 +37,7 @@ pub fn shaders() -> [(&'static str, String); 5] {
     let drawn = |source: &str| [include_str!("common.wgsl"), source].concat();
     [
         ("shape", include_str!("shape.wgsl").to_owned()),
-        ("tissue", drawn(include_str!("tissue.wgsl"))),
+        ("tissue", drawn(tissue::SOURCE)),
         ("tubes", drawn(include_str!("tubes.wgsl"))),
         ("solids", drawn(include_str!("solids.wgsl"))),
         ("ground", drawn(include_str!("ground.wgsl"))),

@@ -28,11 +28,15 @@ pub(super) struct Detail {
     pub(super) triangles: usize,
     /// Radius of the table, in diagonals of the tissue.
     pub(super) table: f32,
+    /// Cells along a side of the table.
+    pub(super) cells: u32,
 }
 
 impl Detail {
-    pub(super) const FULL: Self = Self { samples: 4, shadow_side: 2048, full: true, triangles: 60_000, table: 1.72 };
-    pub(super) const FAST: Self = Self { samples: 1, shadow_side: 1024, full: false, triangles: 5_000, table: 1.15 };
+    pub(super) const FULL: Self =
+        Self { samples: 4, shadow_side: 2048, full: true, triangles: 60_000, table: 1.72, cells: 1 };
+    pub(super) const FAST: Self =
+        Self { samples: 1, shadow_side: 768, full: false, triangles: 5_000, table: 1.15, cells: 24 };
 }
 
 /// Where the tissue is, for light and table.
@@ -100,7 +104,10 @@ impl Shared {
         let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison);
         let shadow_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("shadow"),
-            entries: &[entry(0, ShaderStages::FRAGMENT, depth), entry(1, ShaderStages::FRAGMENT, sampler)],
+            entries: &[
+                entry(0, ShaderStages::VERTEX_FRAGMENT, depth),
+                entry(1, ShaderStages::VERTEX_FRAGMENT, sampler),
+            ],
         });
         let layout = |label, groups: &[Option<&BindGroupLayout>]| {
             device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -223,17 +230,17 @@ impl Shared {
         let mut constants = vec![("FULL", f64::from(u8::from(self.detail.full)))];
         constants.extend(draw.constants);
         let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
-        let make = |layout, entry, samples, bias, fragment| {
+        let make = |layout, entry, cull_mode, samples, bias, fragment| {
             gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
                 label: Some(draw.label),
                 layout: Some(layout),
                 vertex: wgpu::VertexState {
                     module: &module,
                     entry_point: Some(entry),
-                    compilation_options: Default::default(),
+                    compilation_options: options.clone(),
                     buffers: draw.buffers,
                 },
-                primitive: wgpu::PrimitiveState { topology: draw.topology, cull_mode: draw.cull, ..Default::default() },
+                primitive: wgpu::PrimitiveState { topology: draw.topology, cull_mode, ..Default::default() },
                 depth_stencil: Some(wgpu::DepthStencilState {
                     format: DEPTH,
                     depth_write_enabled: Some(true),
@@ -251,14 +258,14 @@ impl Shared {
         let fragment = wgpu::FragmentState {
             module: &module,
             entry_point: Some("fragment"),
-            compilation_options: options,
+            compilation_options: options.clone(),
             targets: &targets,
         };
         let none = wgpu::DepthBiasState::default();
         let away = wgpu::DepthBiasState { constant: 2, slope_scale: 2.0, clamp: 0.0 };
         Pipelines {
-            drawn: make(&self.drawn, "vertex", self.detail.samples, none, Some(fragment)),
-            shadow: draw.casts.then(|| make(&self.cast, "shadow", 1, away, None)),
+            drawn: make(&self.drawn, "vertex", draw.cull, self.detail.samples, none, Some(fragment)),
+            shadow: draw.casts.then(|| make(&self.cast, "shadow", draw.cull_shadow, 1, away, None)),
         }
     }
 }
@@ -281,6 +288,8 @@ pub(super) struct Draw<'d> {
     pub(super) casts: bool,
     /// Which side of a face is left out.
     pub(super) cull: Option<wgpu::Face>,
+    /// The same, seen from the lamp.
+    pub(super) cull_shadow: Option<wgpu::Face>,
 }
 
 /// Pipelines of one renderer.

@@ -29,9 +29,10 @@ impl Shape {
 /// Rigid bodies.
 pub(super) struct Solids {
     pipelines: Pipelines,
-    meshes: Store,
-    /// Vertices of each shape.
-    ranges: [Range<u32>; 5],
+    vertices: Store,
+    indices: Store,
+    /// Indices of each shape, and its first vertex.
+    ranges: [(Range<u32>, i32); 5],
     bodies: Store,
     /// Bodies of each shape, shape after shape.
     counts: [u32; 5],
@@ -64,20 +65,24 @@ impl Solids {
                 topology: wgpu::PrimitiveTopology::TriangleList,
                 constants: &[],
                 casts: true,
-                cull: None,
+                cull: Some(wgpu::Face::Back),
+                cull_shadow: Some(wgpu::Face::Back),
             },
         );
-        let mut vertices: Vec<[f32; 6]> = Vec::new();
+        let mut all = meshes::Mesh::default();
         let made = [meshes::ball(), meshes::rod(), meshes::cone(), meshes::holder(), meshes::needle()];
         let ranges = made.map(|mesh| {
-            let first = vertices.len() as u32;
-            vertices.extend(mesh.vertices);
-            first..vertices.len() as u32
+            let (first, vertex) = (all.indices.len() as u32, all.vertices.len() as i32);
+            all.vertices.extend(mesh.vertices);
+            all.indices.extend(mesh.indices);
+            (first..all.indices.len() as u32, vertex)
         });
-        let mut meshes = Store::new(gpu, "meshes", wgpu::BufferUsages::VERTEX);
-        meshes.fill(gpu, bytemuck::cast_slice(vertices.as_flattened()));
+        let mut vertices = Store::new(gpu, "bodies' vertices", wgpu::BufferUsages::VERTEX);
+        vertices.fill(gpu, bytemuck::cast_slice(all.vertices.as_flattened()));
+        let mut indices = Store::new(gpu, "bodies' triangles", wgpu::BufferUsages::INDEX);
+        indices.fill(gpu, bytemuck::cast_slice(&all.indices));
         let bodies = Store::new(gpu, "bodies", wgpu::BufferUsages::VERTEX);
-        Self { pipelines, meshes, ranges, bodies, counts: [0; 5], packed: Vec::new() }
+        Self { pipelines, vertices, indices, ranges, bodies, counts: [0; 5], packed: Vec::new() }
     }
 
     pub(super) fn update(&mut self, gpu: &Gpu, bodies: &[(Shape, Body)]) {
@@ -100,12 +105,13 @@ impl Solids {
 
     fn draw_with(&self, pass: &mut wgpu::RenderPass<'_>, pipeline: &wgpu::RenderPipeline) {
         pass.set_pipeline(pipeline);
-        pass.set_vertex_buffer(0, self.meshes.buffer().slice(..));
+        pass.set_vertex_buffer(0, self.vertices.buffer().slice(..));
+        pass.set_index_buffer(self.indices.buffer().slice(..), wgpu::IndexFormat::Uint32);
         pass.set_vertex_buffer(1, self.bodies.buffer().slice(..));
         let mut first = 0;
-        for (range, count) in self.ranges.iter().zip(self.counts) {
+        for ((range, vertex), count) in self.ranges.iter().zip(self.counts) {
             if count > 0 {
-                pass.draw(range.clone(), first..first + count);
+                pass.draw_indexed(range.clone(), *vertex, first..first + count);
             }
             first += count;
         }

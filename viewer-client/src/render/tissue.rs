@@ -8,7 +8,8 @@ use crate::gpu::Gpu;
 use nalgebra::Vector3;
 use std::ops::Range;
 
-const SOURCE: &str = include_str!("tissue.wgsl");
+/// The looks, and what draws them.
+pub(super) const SOURCE: &str = concat!(include_str!("looks.wgsl"), "\n", include_str!("tissue.wgsl"));
 /// `LOOK` of the shader for a value's colours.
 const SCALE: u32 = 3;
 
@@ -125,7 +126,8 @@ impl Tissue {
 
     pub(super) fn cast(&self, pass: &mut wgpu::RenderPass<'_>) {
         if let Some(pipeline) = self.pipelines.as_ref().and_then(|(_, [p, _])| p.shadow.as_ref()) {
-            self.draw_with(pass, pipeline, 0..self.shape.index_count());
+            // What lies below the outer surface is in its shadow already.
+            self.draw_with(pass, pipeline, 0..self.shape.outer_count());
         }
     }
 
@@ -158,6 +160,8 @@ fn pipelines(gpu: &Gpu, shared: &Shared, look: u32, part: u32) -> Pipelines {
             casts: part == 0,
             // The far side of a body would be drawn for nothing; what is not the outer surface has two sides.
             cull: (part == 0).then_some(wgpu::Face::Back),
+            // Light that falls in through a wound must not come out below.
+            cull_shadow: None,
         },
     )
 }

@@ -1,9 +1,8 @@
-// The tissue: skin, liver or vessel by its own look, or coloured by a value. All patterns hang on the position at
-// rest, so that they move with the tissue. Materials: 0 outer surface, 1 cut or rim, 2 inner surface, 3 wound bed.
+// The tissue: skin, liver or vessel by its own look (`looks.wgsl`), or coloured by a value.
 
-override LOOK: u32 = 0u; // 0 skin, 1 liver, 2 vessel, 3 scale
-// Only the outer surface is drawn with this program, or everything but it.
-override OUTER: bool = true;
+// Colour of what a hand holds, and how much of it is mixed in.
+const HELD: vec3f = vec3f(1.0, 0.86, 0.35);
+const HELD_SHARE: f32 = 0.16;
 
 struct Seen {
     @builtin(position) clip: vec4f,
@@ -11,6 +10,18 @@ struct Seen {
     @location(1) normal: vec4f,
     @location(2) rest: vec4f,
     @location(3) marks: vec4f,
+    // What a processor works out at the vertices of the outer surface: light everywhere, and where the lamp reaches;
+    // w: place in the pattern that is finer than the vertices.
+    @location(4) everywhere: vec4f,
+    @location(5) from_lamp: vec4f,
+    // From the middle between lamp and eye to the normal: its square is twice what the cosine lacks to 1.
+    @location(6) askew: vec3f,
+    @location(7) in_map: vec3f,
+}
+
+@vertex
+fn shadow(@location(0) position: vec4f) -> @builtin(position) vec4f {
+    return globals.light_from_scene * vec4f(position.xyz, 1.0);
 }
 
 @vertex
@@ -20,174 +31,77 @@ fn vertex(
     @location(2) rest: vec4f,
     @location(3) marks: vec4f,
 ) -> Seen {
-    return Seen(globals.clip_from_scene * vec4f(position.xyz, 1.0), position, normal, rest, marks);
-}
-
-@vertex
-fn shadow(@location(0) position: vec4f) -> @builtin(position) vec4f {
-    return globals.light_from_scene * vec4f(position.xyz, 1.0);
-}
-
-// A material with its relief in metres and the darkening of a line.
-struct Look {
-    m: Material,
-    relief: f32,
-}
-
-fn flesh(rest: vec3f) -> Look {
-    // Bundles along the wound.
-    let fibre = noise2(vec2f(rest.x * 2600.0, rest.y * 340.0));
-    let clot = noise3(rest * 420.0);
-    let red = mix(vec3f(0.20, 0.008, 0.008), vec3f(0.46, 0.045, 0.036), fibre * 0.7 + clot * 0.3);
-    return Look(Material(red, vec3f(0.35, 0.05, 0.04), 0.55, 90.0, 0.62), 1.2e-4 * fibre);
-}
-
-fn skin(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
-    if !OUTER {
-        if material > 2.5 {
-            return flesh(rest);
+    var seen: Seen;
+    seen.clip = globals.clip_from_scene * vec4f(position.xyz, 1.0);
+    seen.position = position;
+    seen.normal = normal;
+    seen.rest = rest;
+    seen.marks = marks;
+    if AT_VERTICES {
+        let m = own_look(0.0, normal.w, rest.xyz, saturate(marks.x)).m;
+        let n = normal.xyz;
+        let to_eye = normalize(globals.eye.xyz - position.xyz);
+        let l = light(m, n, to_eye);
+        let away = 1.0 - saturate(dot(n, to_eye));
+        let rim = 0.35 * away * away * away * away * away * (0.4 + 0.6 * n.z);
+        let held = HELD_SHARE * saturate(marks.y);
+        let pattern = fine_place(rest.xyz);
+        seen.everywhere = vec4f(mix(l.everywhere + m.gloss * m.open * rim, HELD, held), pattern.x);
+        seen.from_lamp = vec4f(l.from_lamp * (1.0 - held), pattern.y);
+        seen.askew = n - normalize(globals.lamp.xyz + to_eye);
+        if LOOK == 0u {
+            // Broad enough for the vertices.
+            seen.from_lamp += vec4f(vec3f(shine(seen.askew, SKIN_GLOSS)), 0.0);
         }
-        // The cut: horny layer, dermis, fat.
-        let lobule = cells(rest.xy * 900.0 + rest.z * 700.0);
-        let grain = noise3(rest * 1500.0);
-        let fat = mix(vec3f(0.80, 0.52, 0.17), vec3f(0.93, 0.72, 0.33), saturate(lobule.y * 2.0));
-        let dermis = mix(vec3f(0.66, 0.20, 0.16), vec3f(0.80, 0.38, 0.30), grain);
-        var colour = mix(dermis, fat, smoothstep(0.40, 0.52, depth + 0.08 * (grain - 0.5)));
-        colour = mix(vec3f(0.55, 0.26, 0.17), colour, smoothstep(0.03, 0.09, depth));
-        // A cut bleeds, a rim does not.
-        let blood = edge * smoothstep(0.25, 0.75, noise2(vec2f(rest.y * 900.0, rest.z * 260.0)) + 0.3);
-        colour = mix(colour, vec3f(0.34, 0.012, 0.010), blood * 0.75);
-        return Look(Material(colour, vec3f(0.40, 0.12, 0.08), 0.12 + 0.4 * edge, 60.0, 1.0 - 0.30 * depth * edge), 0.0);
+        seen.in_map = in_shadow_map(position.xyz, n);
     }
-    let p = rest.xy * 1000.0;
-    let blotch = noise2(p * 0.42 + 31.0);
-    var tone = blotch;
-    if FULL {
-        tone = noise2(p * 0.13);
-    }
-    var colour = mix(vec3f(0.53, 0.265, 0.170), vec3f(0.66, 0.375, 0.265), tone);
-    colour = mix(colour, vec3f(0.62, 0.245, 0.185), 0.55 * smoothstep(0.35, 0.9, blotch));
-    var relief = 0.0;
-    if FULL {
-        // Fields between fine lines, grains in them, and pores.
-        let cell = cells(p * 1.55 + 0.5 * vec2f(noise2(p * 0.8), noise2(p * 0.8 + 7.0)));
-        let line = 1.0 - smoothstep(0.0, 0.20, cell.y);
-        let pores = cells(p * 0.62 + 3.0);
-        let pore = 1.0 - smoothstep(0.04, 0.11, pores.x);
-        let grain = noise2(p * 5.0);
-        colour *= 1.0 - 0.045 * line - 0.16 * pore + 0.06 * (grain - 0.5);
-        relief = -2.0e-5 * line - 3.0e-5 * pore + 1.6e-5 * grain + 5.0e-5 * noise2(p * 0.9);
-    } else {
-        let grain = noise2(p * 2.6);
-        colour *= 0.93 + 0.12 * grain;
-        relief = 3.0e-5 * grain;
-    }
-    // Reddened beside the wound, bloody at its very edge.
-    let near = edge + 0.25 * (blotch - 0.5) * edge;
-    colour = mix(colour, vec3f(0.56, 0.105, 0.080), 0.70 * smoothstep(0.05, 0.95, near));
-    colour = mix(colour, vec3f(0.30, 0.012, 0.010), smoothstep(0.74, 0.98, edge + 0.12 * (tone - 0.5)));
-    return Look(Material(colour, vec3f(0.34, 0.12, 0.07), 0.20, 26.0, 1.0), relief);
+    return seen;
 }
 
-fn liver(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
-    // A processor gets flat noise, and as little of it as shows a liver.
-    var coarse = noise2(rest.xy * 95.0);
-    var fine = coarse;
-    if FULL || !OUTER {
-        coarse = noise3(rest * 95.0);
-        fine = noise3(rest * 900.0);
+// Place in the pattern that is finer than the vertices.
+fn fine_place(rest: vec3f) -> vec2f {
+    if LOOK == 1u {
+        return ligament(rest);
     }
-    if !OUTER {
-        if material > 2.5 {
-            return flesh(rest);
-        }
-        var colour = mix(vec3f(0.30, 0.030, 0.022), vec3f(0.50, 0.085, 0.055), fine);
-        colour = mix(colour, vec3f(0.26, 0.010, 0.010), 0.5 * coarse);
-        return Look(Material(colour, vec3f(0.30, 0.05, 0.04), 0.5, 80.0, 1.0 - 0.35 * depth), 1.0e-4 * fine);
+    if LOOK == 2u {
+        return fibres(rest);
     }
-    var colour = mix(vec3f(0.215, 0.034, 0.024), vec3f(0.345, 0.066, 0.042), coarse);
-    var relief = 2.0e-5 * fine;
-    if FULL {
-        // Lobules under the capsule.
-        let lobule = cells(rest.xy * 1150.0 + rest.z * 300.0);
-        let mottle = noise3(rest * 310.0);
-        colour *= 0.86 + 0.09 * smoothstep(0.0, 0.4, lobule.y) + 0.16 * mottle;
-        relief += 0.9e-5 * smoothstep(0.0, 0.3, lobule.y) + 9.0e-5 * mottle;
-    } else {
-        colour *= 0.92 + 0.20 * fine;
-    }
-    // The falciform ligament: a pale band over the organ, right of the wound, and a thin coat of fibres around it.
-    let size = globals.high.xyz - globals.low.xyz;
-    let middle = 0.5 * (globals.high.xyz + globals.low.xyz);
-    let across = (rest.x - middle.x) / size.x - 0.215 - 0.035 * sin(rest.y * 55.0);
-    let top = smoothstep(0.10, 0.30, (rest.z - globals.low.z) / size.z);
-    let band = top * (1.0 - smoothstep(0.012, 0.026, abs(across)));
-    var uneven = 0.7;
-    var strand = 0.5 + 0.5 * sin(rest.x * 4200.0);
-    if FULL {
-        uneven = 0.4 + 0.6 * noise2(rest.xy * vec2f(260.0, 90.0));
-        strand = noise2(rest.xy * vec2f(2400.0, 170.0));
-    }
-    let coat = top * (1.0 - smoothstep(0.010, 0.11, abs(across))) * uneven;
-    let pale = mix(vec3f(0.52, 0.37, 0.28), vec3f(0.76, 0.66, 0.54), strand);
-    colour = mix(colour, vec3f(0.55, 0.30, 0.22), 0.45 * coat);
-    colour = mix(colour, pale, 0.92 * band);
-    relief += band * (6.0e-4 + 0.7e-4 * strand);
-    colour = mix(colour, vec3f(0.34, 0.012, 0.010), 0.7 * smoothstep(0.45, 1.0, edge));
-    return Look(Material(colour, vec3f(0.22, 0.05, 0.04), 0.62, 110.0, 1.0), relief);
+    return rest.xy * 2600.0;
 }
 
-fn vessel(material: f32, depth: f32, rest: vec3f, edge: f32) -> Look {
-    let turn = atan2(rest.x - 0.5 * (globals.low.x + globals.high.x), rest.z - 0.5 * (globals.low.z + globals.high.z));
-    let sheet = vec2f(turn * 6.0, rest.y * 1000.0);
-    if !OUTER && material > 1.5 {
-        // Lining, seen through the slit.
-        let fold = noise2(vec2f(sheet.x * 1.6, sheet.y * 0.25));
-        let colour = mix(vec3f(0.52, 0.13, 0.10), vec3f(0.66, 0.25, 0.19), fold);
-        return Look(Material(colour, vec3f(0.35, 0.08, 0.06), 0.5, 70.0, 0.55), 1.0e-4 * fold);
+// What is finer than the vertices.
+fn with_grain(seen: Seen) -> vec4f {
+    let share = lit_share(seen.in_map);
+    let place = vec2f(seen.everywhere.w, seen.from_lamp.w);
+    var colour = seen.everywhere.rgb + seen.from_lamp.rgb * share;
+    if LOOK == 0u {
+        return shown(colour * (0.93 + 0.12 * noise2(place)));
     }
-    let fibre = noise2(vec2f(sheet.x * 3.0, sheet.y * 0.5));
-    if !OUTER {
-        // Three coats: pale outer coat, red muscle, white lining; a thin dark membrane between them.
-        let wave = depth + 0.03 * (fibre - 0.5);
-        var colour = mix(vec3f(0.86, 0.66, 0.56), vec3f(0.66, 0.13, 0.10), smoothstep(0.30, 0.35, wave));
-        colour = mix(colour, vec3f(0.92, 0.80, 0.68), smoothstep(0.74, 0.78, wave));
-        let membrane = min(abs(wave - 0.325), abs(wave - 0.76));
-        colour *= 1.0 - 0.6 * (1.0 - smoothstep(0.0, 0.035, membrane));
-        return Look(Material(colour, vec3f(0.35, 0.12, 0.10), 0.3, 50.0, 1.0 - 0.2 * depth), 0.0);
+    var gloss = LIVER_GLOSS;
+    if LOOK == 1u {
+        let strand = abs(fract(seen.rest.x * 668.0) - 0.5);
+        colour *= mix(vec3f(1.0), vec3f(1.7, 3.1, 3.5) + strand, in_ligament(place));
+    } else {
+        gloss = VESSEL_GLOSS;
+        colour *= mix(vec3f(0.93, 0.80, 0.79), vec3f(1.06, 1.19, 1.20), noise2(place));
     }
-    var blotch = fibre;
-    if FULL {
-        blotch = noise2(sheet * vec2f(0.35, 0.16) + 3.0);
-    }
-    var colour = mix(vec3f(0.66, 0.27, 0.22), vec3f(0.82, 0.50, 0.41), fibre * 0.55 + blotch * 0.45);
-    var relief = 6.0e-5 * fibre;
-    if FULL {
-        // Small vessels of the vessel.
-        let bend = vec2f(noise2(sheet * 0.3), noise2(sheet * 0.3 + 11.0)) * 2.2;
-        let branch = abs(noise2(sheet * vec2f(0.55, 0.22) + bend) - 0.5);
-        let vein = (1.0 - smoothstep(0.012, 0.045, branch)) * smoothstep(0.35, 0.65, blotch);
-        colour = mix(colour, vec3f(0.50, 0.075, 0.07), 0.55 * vein);
-        relief += 1.5e-5 * vein;
-    }
-    colour = mix(colour, vec3f(0.48, 0.05, 0.04), 0.7 * smoothstep(0.35, 1.0, edge));
-    return Look(Material(colour, vec3f(0.34, 0.13, 0.10), 0.45, 75.0, 1.0), relief);
+    return shown(colour + share * shine(seen.askew, gloss));
+}
+
+// The reflection of the lamp: the power of a cosine near 1.
+fn shine(askew: vec3f, gloss: vec2f) -> f32 {
+    let near = saturate(1.0 - gloss.y / 16.0 * dot(askew, askew));
+    let squared = near * near;
+    let fourth = squared * squared;
+    return gloss.x * (gloss.y + 8.0) * 0.035 * fourth * fourth;
 }
 
 @fragment
 fn fragment(seen: Seen) -> @location(0) vec4f {
-    let material = floor(seen.position.w + 0.5);
-    let depth = seen.normal.w;
-    let rest = seen.rest.xyz;
-    let edge = saturate(seen.marks.x);
-    var look: Look;
-    if LOOK == 0u {
-        look = skin(material, depth, rest, edge);
-    } else if LOOK == 1u {
-        look = liver(material, depth, rest, edge);
-    } else if LOOK == 2u {
-        look = vessel(material, depth, rest, edge);
-    } else {
+    if AT_VERTICES {
+        return with_grain(seen);
+    }
+    if LOOK == 3u {
         if !OUTER {
             // Cut faces and what lies beneath have no nodes of their own to colour.
             let grey = Material(vec3f(0.30), vec3f(0.0), 0.05, 24.0, 1.0);
@@ -198,6 +112,7 @@ fn fragment(seen: Seen) -> @location(0) vec4f {
         let turned = 1.0 - abs(dot(normalize(seen.normal.xyz), to_eye));
         return stored(scaled(seen.rest.w) * (1.0 - 0.35 * turned * turned));
     }
+    let look = own_look(floor(seen.position.w + 0.5), seen.normal.w, seen.rest.xyz, saturate(seen.marks.x));
     var normal = normalize(seen.normal.xyz);
     if FULL {
         // The relief as a change of the normal (Mikkelsen 2010, unparametrised bump mapping).
@@ -215,7 +130,6 @@ fn fragment(seen: Seen) -> @location(0) vec4f {
         normal = normalize(select(normal, bent, abs(det) > 1.0e-16));
     }
     var colour = lit(look.m, seen.position.xyz, normal);
-    // What a hand holds.
-    colour = mix(colour, vec3f(1.0, 0.86, 0.35), 0.16 * saturate(seen.marks.y));
+    colour = mix(colour, HELD, HELD_SHARE * saturate(seen.marks.y));
     return shown(colour);
 }

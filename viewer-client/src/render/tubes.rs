@@ -37,6 +37,7 @@ impl Tubes {
                 constants: &[],
                 casts: true,
                 cull: None,
+                cull_shadow: None,
             },
         );
         Self { pipelines, store: Store::new(gpu, "tubes", wgpu::BufferUsages::VERTEX), count: 0 }

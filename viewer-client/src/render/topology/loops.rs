@@ -2,15 +2,20 @@
 
 use std::collections::HashMap;
 
-/// Loops of the nodes along the boundary of some faces, in the faces' own direction (the surface to the left).
-pub(super) fn boundary_loops<'f>(faces: impl Iterator<Item = &'f [u32; 3]>) -> Vec<Vec<u32>> {
+/// Sides that only one of these faces has, from node to node in that face's direction.
+pub(super) fn sides_used_once<'f>(faces: impl Iterator<Item = &'f [u32; 3]>) -> Vec<(u32, u32)> {
     let mut sides: Vec<(u32, u32, u32)> = faces
         .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)])
         .map(|(from, to)| (from.min(to), from.max(to), from))
         .collect();
     sides.sort_unstable();
     let alone = sides.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).filter(|uses| uses.len() == 1);
-    let ends: Vec<(u32, u32)> = alone.map(|uses| (uses[0].2, uses[0].0 ^ uses[0].1 ^ uses[0].2)).collect();
+    alone.map(|uses| (uses[0].2, uses[0].0 ^ uses[0].1 ^ uses[0].2)).collect()
+}
+
+/// Loops of the nodes along the boundary of some faces, in the faces' own direction (the surface to the left).
+pub(super) fn boundary_loops<'f>(faces: impl Iterator<Item = &'f [u32; 3]>) -> Vec<Vec<u32>> {
+    let ends = sides_used_once(faces);
     let mut next: HashMap<u32, u32> = ends.iter().copied().collect();
     let mut loops = Vec::new();
     for (start, _) in ends {

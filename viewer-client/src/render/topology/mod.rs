@@ -6,6 +6,7 @@
 //! trusted: a face that names an absent node is left out and counted.
 
 mod curved;
+mod hidden;
 mod loops;
 mod wound;
 
@@ -60,6 +61,8 @@ struct Plain<'o> {
     edge: Vec<bool>,
     /// Faces within a layer.
     surface: Vec<[u32; 3]>,
+    /// Those of them that can be seen.
+    seen: Vec<[u32; 3]>,
     /// Faces from one layer to another; the corner that is alone in its layer is last.
     walls: Vec<[u32; 3]>,
     /// Vertex of a node on its surface, [`ABSENT`] for none.
@@ -79,15 +82,15 @@ impl Topology {
         let mut topology = Self::default();
         (topology.low_m, topology.high_m) = bounds(nodes);
         let mut plain = Plain::sort(parts, nodes, &mut topology);
+        plain.seen = hidden::seen(&plain, kind);
         topology.lay_vertices(&mut plain);
-        let parts_per_edge =
-            ((wanted as f64 / parts.triangles.len().max(3) as f64 * 3.0).sqrt() as u32).clamp(1, MOST_PARTS);
+        let parts_per_edge = ((wanted as f64 / plain.seen.len().max(1) as f64).sqrt() as u32).clamp(1, MOST_PARTS);
         let mut curved = Curved::new(parts_per_edge);
         let outer = |face: &&[u32; 3]| plain.layers[face[0] as usize] == 0;
         let vertices = |face: &[u32; 3]| face.map(|n| plain.on_surface[n as usize]);
-        plain.surface.iter().filter(outer).for_each(|face| curved.divide(&mut topology, vertices(face)));
+        plain.seen.iter().filter(outer).for_each(|face| curved.divide(&mut topology, vertices(face)));
         topology.outer = topology.indices.len() as u32;
-        plain.surface.iter().filter(|f| !outer(f)).for_each(|face| curved.divide(&mut topology, vertices(face)));
+        plain.seen.iter().filter(|f| !outer(f)).for_each(|face| curved.divide(&mut topology, vertices(face)));
         plain.walls.iter().for_each(|face| curved.divide_wall(&mut topology, &plain, *face));
         topology.curved = topology.made.len() as u32;
         wound::close(&mut topology, &plain, &curved, kind);
@@ -101,7 +104,7 @@ impl Topology {
     }
 
     fn lay_vertices(&mut self, plain: &mut Plain<'_>) {
-        let Plain { surface, walls, on_surface, on_wall, .. } = plain;
+        let Plain { seen: surface, walls, on_surface, on_wall, .. } = plain;
         number(surface, on_surface, 0);
         let first_wall = on_surface.iter().filter(|v| **v != ABSENT).count() as u32;
         number(walls, on_wall, first_wall);
@@ -177,6 +180,7 @@ impl<'o> Plain<'o> {
             deepest,
             edge,
             surface,
+            seen: Vec::new(),
             walls,
             on_surface: vec![ABSENT; count],
             on_wall: vec![ABSENT; count],

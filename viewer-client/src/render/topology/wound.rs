@@ -38,7 +38,7 @@ pub(super) fn close(topology: &mut Topology, plain: &Plain<'_>, curved: &Curved,
 }
 
 /// Nodes that walls join to the wound edge, layer after layer.
-fn beside_edge(plain: &Plain<'_>) -> Vec<bool> {
+pub(super) fn beside_edge(plain: &Plain<'_>) -> Vec<bool> {
     let mut beside = plain.edge.clone();
     for _ in 0..plain.deepest {
         let joined: Vec<u32> =
