@@ -3,13 +3,11 @@
 mod sample;
 
 use super::*;
-use crate::scene_frame::{FrameHeader, FrameNode, OutlineHeader};
-use crate::servo_state::{DeviceState, HandleState, ServoState};
-use crate::session_command::CommandAnswer;
-use crate::wire::{Field, Message};
-use crate::wound_report::{LedgerRow, MAX_LEDGER_ROWS, MAX_LINE_POINTS, WoundReport};
+use crate::servo_state::ServoState;
+use crate::wire::Field;
+use crate::wound_report::{LedgerRow, MAX_LEDGER_ROWS, MAX_LINE_POINTS};
 use proptest::prelude::*;
-use sample::{Read, frame, metadata, outline, read, report, servo, small_trace};
+use sample::{POSE, frame, metadata, outline, read, report, servo, small_trace};
 use std::io;
 
 /// Upper bound on a chunk's records: the promise of the module head.

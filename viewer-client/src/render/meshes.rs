@@ -78,10 +78,11 @@ impl Mesh {
             std::array::from_fn(|i| s.middle[i] + cos * s.u[i] + sin * s.v[i])
         };
         for (low, high) in sections.iter().zip(&sections[1..]) {
-            // Normal: along the ring's change × along the sweep.
+            // Normal: along the ring's change × along the sweep, away from the middle.
             let normal = |s: &Section, k: u32| {
                 let ring = minus(at(s, k + 1), at(s, k + ROUND - 1));
-                unit(cross(ring, minus(at(high, k), at(low, k))))
+                let n = unit(cross(ring, minus(at(high, k), at(low, k))));
+                if dot(n, minus(at(s, k), s.middle)) < 0.0 { n.map(|c| -c) } else { n }
             };
             for k in 0..ROUND {
                 self.quad(
@@ -229,6 +230,21 @@ mod tests {
             bits.dedup();
             assert_eq!(bits.len(), mesh.vertices.len());
             assert!(mesh.vertices.len() * 2 < mesh.indices.len());
+        }
+    }
+
+    #[test]
+    fn a_body_is_not_inside_out() {
+        let mut hoop = Mesh::default();
+        ring(&mut hoop, [0.0; 3], 9.0e-3, 1.7e-3);
+        for (name, mesh) in [("needle", needle()), ("holder", holder()), ("ring", hoop), ("rod", rod())] {
+            let corner = |i: u32| mesh.vertices[i as usize];
+            let parts = mesh.indices.as_chunks::<3>().0.iter().map(|face| {
+                let [a, b, c] = face.map(corner).map(|[x, y, z, ..]| [x, y, z]);
+                dot(a, cross(b, c))
+            });
+            let (volume, largest) = parts.fold((0.0_f32, 0.0_f32), |(v, most), p| (v + p, most.max(p.abs())));
+            assert!(volume > largest, "{name}: six times its volume is {volume}");
         }
     }
 

@@ -5,7 +5,7 @@ use crate::scene_frame::{FrameHeader, FrameNode, OutlineHeader};
 use crate::servo_state::{DeviceState, HandleState, ServoState};
 use crate::session_command::CommandAnswer;
 use crate::wire::{Field, Message};
-use crate::wound_report::{LedgerRow, MAX_LEDGER_ROWS, MAX_LINE_POINTS, WoundReport};
+use crate::wound_report::{LedgerRow, WoundReport};
 
 pub(super) fn servo(tick: u64) -> ServoState {
     let t = tick as f64 / 1000.0;
@@ -88,7 +88,8 @@ pub(super) fn metadata() -> Metadata {
         .into()
 }
 
-const POSE: HandPose = HandPose { position_m: [0.1, 0.2, 0.3], orientation: [0.0, 0.0, 0.6, 0.8], buttons: 1 };
+pub(super) const POSE: HandPose =
+    HandPose { position_m: [0.1, 0.2, 0.3], orientation: [0.0, 0.0, 0.6, 0.8], buttons: 1 };
 
 /// A small trace with every topic in several chunks.
 pub(super) fn small_trace() -> Vec<u8> {

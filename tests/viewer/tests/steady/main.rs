@@ -117,7 +117,7 @@ impl Panels {
         let mut overlay = Overlay::new(&context);
         // The curves are full before the first picture.
         (0..1_500).for_each(|_| overlay.take(film.next()));
-        let painter = Painter::new(&gpu.device, Offscreen::FORMAT);
+        let painter = Painter::new(gpu, Offscreen::FORMAT);
         Self { context, overlay, painter, target: Offscreen::new(gpu, ROOMY_PIXELS), samples: Samples::default() }
     }
 
@@ -129,9 +129,8 @@ impl Panels {
         let output = self.context.run_ui(input, |ui| {
             self.overlay.show(ui, view, &situation);
         });
-        let Gpu { device, queue, .. } = gpu;
-        self.painter.update(device, queue, &self.context, output);
-        self.painter.paint(device, queue, encoder, self.target.view(), ROOMY_PIXELS);
+        self.painter.update(gpu, &self.context, output);
+        self.painter.paint(gpu, encoder, self.target.view(), ROOMY_PIXELS);
     }
 }
 
