@@ -32,8 +32,16 @@ impl Complaints {
         }
     }
 
+    /// The same for a reader that hands messages over by another way.
+    ///
+    /// # Errors
+    /// Whatever is not [`PortError::Rejected`].
+    pub fn passed(&mut self, received: Result<(), PortError>) -> Result<(), PortError> {
+        self.kept(received.map(Some)).map(drop)
+    }
+
     /// Counts a rejected message, and logs it when the log has not heard of any for a while.
-    pub fn hear(&mut self, error: &WireError) {
+    fn hear(&mut self, error: &WireError) {
         if let Some(count) = self.due(Instant::now()) {
             tracing::warn!("{count} messages were rejected, lately: {error}; the last good one stays in use");
         }

@@ -8,7 +8,7 @@ use crate::cli::SessionAction;
 use crate::error::ServerError;
 use protocol::ports::{PortError, PortNode, ServoStateReader, SessionCommandPublisher, WoundReportSubscriber};
 use protocol::run::{Environment, RunError, RunRoot};
-use protocol::session_command as command;
+use protocol::session_command::Order;
 use std::io::ErrorKind::PermissionDenied;
 use std::time::{Duration, Instant};
 
@@ -38,17 +38,17 @@ impl From<PortError> for ServerError {
 }
 
 impl SessionAction {
-    fn code(self) -> u32 {
+    fn order(self) -> Order {
         match self {
-            Self::Start => command::START,
-            Self::Restore => command::RESTORE,
-            Self::Next => command::NEXT,
-            Self::Previous => command::PREVIOUS,
-            Self::Tie => command::TIE,
-            Self::ControlOn => command::CONTROL_ON,
-            Self::ControlOff => command::CONTROL_OFF,
-            Self::ControlPaper => command::CONTROL_PAPER,
-            Self::Rearm => command::REARM,
+            Self::Start => Order::Start,
+            Self::Restore => Order::Restore,
+            Self::Next => Order::Next,
+            Self::Previous => Order::Previous,
+            Self::Tie => Order::Tie,
+            Self::ControlOn => Order::ControlOn,
+            Self::ControlOff => Order::ControlOff,
+            Self::ControlPaper => Order::ControlPaper,
+            Self::Rearm => Order::Rearm,
         }
     }
 }
@@ -64,7 +64,7 @@ pub fn send(action: SessionAction) -> Result<(), ServerError> {
     let mut servo = ServoStateReader::new(&node);
     let mut publisher = SessionCommandPublisher::open(&node)?;
     let mut was_in_fault = servo.newest()?.is_some_and(|state| state.mode == SERVO_FAULT);
-    let receivers = publisher.send(action.code())?;
+    let receivers = publisher.send(action.order())?;
     if receivers == 0 {
         return Err(ServerError::Unavailable(
             "no process of the running server listens to session commands yet; try again in a second".to_owned(),

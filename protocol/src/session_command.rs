@@ -7,24 +7,72 @@ use crate::text;
 use crate::wire::{Header, message, pod};
 use iceoryx2::prelude::ZeroCopySend;
 
-/// Reset the current scene to its start.
-pub const RESTORE: u32 = 1;
-/// Go to the next scene of the procedure.
-pub const NEXT: u32 = 2;
-/// Go to the previous scene of the procedure.
-pub const PREVIOUS: u32 = 3;
-/// Tie the stitch at work now (refused when the gap is open).
-pub const TIE: u32 = 4;
-/// Suture control on (sound mode).
-pub const CONTROL_ON: u32 = 5;
-/// Suture control off.
-pub const CONTROL_OFF: u32 = 6;
-/// Suture control as printed in the paper.
-pub const CONTROL_PAPER: u32 = 7;
-/// Re-arm the servo after a fault.
-pub const REARM: u32 = 8;
-/// Begin the procedure from its start: first scene, no stitches.
-pub const START: u32 = 9;
+/// What may be asked of a session; the numbers are the codes on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Order {
+    /// Reset the current scene to its start.
+    Restore = 1,
+    /// Go to the next scene of the procedure.
+    Next = 2,
+    /// Go to the previous scene of the procedure.
+    Previous = 3,
+    /// Tie the stitch at work now (refused when the gap is open).
+    Tie = 4,
+    /// Suture control on (sound mode).
+    ControlOn = 5,
+    /// Suture control off.
+    ControlOff = 6,
+    /// Suture control as printed in the paper.
+    ControlPaper = 7,
+    /// Re-arm the servo after a fault.
+    Rearm = 8,
+    /// Begin the procedure from its start: first scene, no stitches.
+    Start = 9,
+}
+
+impl Order {
+    /// All of them, by their codes.
+    pub const ALL: [Self; 9] = [
+        Self::Restore,
+        Self::Next,
+        Self::Previous,
+        Self::Tie,
+        Self::ControlOn,
+        Self::ControlOff,
+        Self::ControlPaper,
+        Self::Rearm,
+        Self::Start,
+    ];
+
+    /// Its code.
+    #[must_use]
+    pub fn code(self) -> u32 {
+        self as u32
+    }
+
+    /// The order of a code; `None` for a code that nobody knows.
+    #[must_use]
+    pub fn of_code(code: u32) -> Option<Self> {
+        Self::ALL.into_iter().find(|order| order.code() == code)
+    }
+
+    /// For sentences.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Restore => "restore",
+            Self::Next => "next scene",
+            Self::Previous => "previous scene",
+            Self::Tie => "tie",
+            Self::ControlOn => "control on",
+            Self::ControlOff => "control off",
+            Self::ControlPaper => "control as in the paper",
+            Self::Rearm => "re-arm",
+            Self::Start => "start",
+        }
+    }
+}
 
 /// [`CommandAnswer::result`]: carried out.
 pub const DONE: u32 = 1;
@@ -41,7 +89,7 @@ pod! {
     pub struct SessionCommand as "suture.v4.SessionCommand" {
         /// Header.
         pub header: Header,
-        /// One of the codes of this file.
+        /// Code of an [`Order`].
         pub command: u32,
         /// Identifies the sender (process id).
         pub sender: u32,
@@ -88,5 +136,27 @@ impl CommandAnswer {
 }
 
 message!(SessionCommand, "session_command", parts: [], check: |m| {
-    (!(RESTORE..=START).contains(&m.command)).then_some("command")
+    m.order().is_none().then_some("command")
 });
+
+impl SessionCommand {
+    /// What it asks; a command that was validated asks something.
+    #[must_use]
+    pub fn order(&self) -> Option<Order> {
+        Order::of_code(self.command)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_are_read_back_and_orders_have_names_of_their_own() {
+        for (i, order) in Order::ALL.into_iter().enumerate() {
+            assert_eq!((order.code() as usize, Order::of_code(order.code())), (i + 1, Some(order)));
+            assert!(Order::ALL[..i].iter().all(|other| other.name() != order.name()), "{}", order.name());
+        }
+        assert_eq!([0, 10, u32::MAX].map(Order::of_code), [None; 3]);
+    }
+}

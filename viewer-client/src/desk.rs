@@ -6,7 +6,7 @@ use crate::colour::ColourBy;
 use crate::feed::View;
 use crate::headless;
 use crate::notice::{Notice, Tone};
-use crate::orders::Order;
+use crate::orders::{self, Order};
 use crate::overlay::situation::{FrameTime, Link, Picture, Situation};
 use crate::overlay::wish::Wish;
 use crate::overlay::{Help, Overlay};
@@ -142,7 +142,7 @@ impl Desk {
     pub(crate) fn fulfil(&mut self, wish: Wish, size: Size, overlay: &mut Overlay) -> Option<Task> {
         match wish {
             Wish::Order(order) => self.order(order),
-            Wish::CycleControl => self.order(Order::next_control(self.source.view())),
+            Wish::CycleControl => self.order(orders::next_control(self.source.view())),
             Wish::FrameAll => self.frame_all(size),
             Wish::Fixed(view) => {
                 self.camera.fixed(view);

@@ -8,7 +8,7 @@
 use crate::feed::View;
 use crate::notice::Notice;
 use protocol::ports::{PortNode, SessionCommandPublisher};
-use protocol::session_command as command;
+pub use protocol::session_command::Order;
 use protocol::words;
 
 /// An answer is awaited for this long: going to another scene builds it first.
@@ -16,75 +16,13 @@ const PATIENCE_NS: u64 = 10_000_000_000;
 /// Servo state machine: fault.
 const FAULT: u32 = 5;
 
-/// What a person may ask of the session.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Order {
-    /// Begin the procedure anew.
-    Start,
-    /// Reset the scene.
-    Restore,
-    /// Next scene of the procedure.
-    Next,
-    /// Previous scene.
-    Previous,
-    /// Tie the stitch at work.
-    Tie,
-    /// Suture control.
-    Control(Control),
-    /// Give force again after a fault.
-    Rearm,
-}
-
-/// Suture control (Zhang et al., Algorithm 2).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Control {
-    /// None.
-    Off,
-    /// The sound reading.
-    On,
-    /// As printed.
-    Paper,
-}
-
-impl Order {
-    fn code(self) -> u32 {
-        match self {
-            Self::Start => command::START,
-            Self::Restore => command::RESTORE,
-            Self::Next => command::NEXT,
-            Self::Previous => command::PREVIOUS,
-            Self::Tie => command::TIE,
-            Self::Control(Control::On) => command::CONTROL_ON,
-            Self::Control(Control::Off) => command::CONTROL_OFF,
-            Self::Control(Control::Paper) => command::CONTROL_PAPER,
-            Self::Rearm => command::REARM,
-        }
-    }
-
-    /// For sentences.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Start => "start",
-            Self::Restore => "restore",
-            Self::Next => "next scene",
-            Self::Previous => "previous scene",
-            Self::Tie => "tie",
-            Self::Control(Control::On) => "control on",
-            Self::Control(Control::Off) => "control off",
-            Self::Control(Control::Paper) => "control as in the paper",
-            Self::Rearm => "re-arm",
-        }
-    }
-
-    /// The control mode that follows the one at work: off, on, paper, off.
-    #[must_use]
-    pub fn next_control(view: &View) -> Self {
-        Self::Control(match view.report.as_ref().map_or(0, |r| r.control) {
-            0 => Control::On,
-            1 => Control::Paper,
-            _ => Control::Off,
-        })
+/// The control mode that follows the one at work: off, on, paper, off.
+#[must_use]
+pub fn next_control(view: &View) -> Order {
+    match view.report.as_ref().map_or(0, |r| r.control) {
+        0 => Order::ControlOn,
+        1 => Order::ControlPaper,
+        _ => Order::ControlOff,
     }
 }
 
@@ -160,7 +98,7 @@ impl Orders {
             Some(publisher) => publisher,
             none => none.insert(SessionCommandPublisher::open(node).map_err(|e| e.to_string())?),
         };
-        let receivers = publisher.send(order.code()).map_err(|e| e.to_string())?;
+        let receivers = publisher.send(order).map_err(|e| e.to_string())?;
         Ok((receivers, publisher.last_sequence()))
     }
 }
@@ -198,8 +136,8 @@ mod tests {
 
     fn answered(sequence: u64, reason: &str) -> View {
         let mut report = WoundReport::EMPTY;
-        report.add_answer(CommandAnswer::new(sequence, 7, command::TIE, reason));
-        report.add_answer(CommandAnswer::new(sequence + 1, 8, command::RESTORE, ""));
+        report.add_answer(CommandAnswer::new(sequence, 7, Order::Tie.code(), reason));
+        report.add_answer(CommandAnswer::new(sequence + 1, 8, Order::Restore.code(), ""));
         View { report: Some(Box::new(report)), ..View::default() }
     }
 
@@ -235,11 +173,11 @@ mod tests {
     #[test]
     fn control_goes_round() {
         let mut view = answered(0, "");
-        for (now, expected) in [(0, Control::On), (1, Control::Paper), (2, Control::Off)] {
+        for (now, expected) in [(0, Order::ControlOn), (1, Order::ControlPaper), (2, Order::ControlOff)] {
             if let Some(report) = &mut view.report {
                 report.control = now;
             }
-            assert_eq!(Order::next_control(&view), Order::Control(expected));
+            assert_eq!(next_control(&view), expected);
         }
     }
 

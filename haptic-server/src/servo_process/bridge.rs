@@ -12,7 +12,7 @@ use crate::servo_setup::ServoLinks;
 use crossbeam::queue::ArrayQueue;
 use protocol::ports::{PortError, PortNode, SessionCommandSubscriber, TissuePortSubscriber, WoundReportSubscriber};
 use protocol::run::RunDir;
-use protocol::session_command::REARM;
+use protocol::session_command::Order;
 use protocol::tissue_port::TissuePort;
 use protocol::wound_report::WoundReport;
 use std::sync::Arc;
@@ -104,13 +104,8 @@ fn obey(
     complaints: &mut Complaints,
     links: &ServoLinks,
 ) -> Result<(), PortError> {
-    for _ in 0..COMMANDS_PER_LOOK {
-        match commands.next_command() {
-            Ok(None) => break,
-            Ok(Some(command)) if command.command == REARM => links.order_rearm(),
-            Ok(Some(_)) => {}
-            rejected => drop(complaints.kept(rejected)?),
-        }
-    }
+    complaints.passed(commands.look())?;
+    let waiting = std::iter::from_fn(|| commands.next_command()).take(COMMANDS_PER_LOOK);
+    waiting.filter(|command| command.order() == Some(Order::Rearm)).for_each(|_| links.order_rearm());
     Ok(())
 }

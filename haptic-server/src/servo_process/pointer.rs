@@ -28,10 +28,7 @@ impl<'c> Pointer<'c> {
     pub(super) fn look(&mut self, complaints: &mut Complaints, links: &ServoLinks) -> Result<(), PortError> {
         let Self { subscriber, cell, place, heard } = self;
         heard.clear();
-        match subscriber.each(|writer, message| heard.push(Heard { writer, message })) {
-            Err(PortError::Rejected(error)) => complaints.hear(&error),
-            other => other?,
-        }
+        complaints.passed(subscriber.each(|writer, message| heard.push(Heard { writer, message })))?;
         let now_ns = monotonic_ns();
         if let Some(wish) = place.hear(heard, now_ns) {
             cell.write(wish);

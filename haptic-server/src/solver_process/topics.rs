@@ -81,7 +81,8 @@ impl Topics {
         let now_ns = monotonic_ns();
         self.command = None;
         if now_ns >= self.next_command_ns {
-            self.command = self.complaints.kept(self.commands.next_command())?;
+            self.complaints.passed(self.commands.look())?;
+            self.command = self.commands.next_command();
             std::iter::from_fn(|| self.commands.flood()).for_each(tell);
             if self.command.is_some() {
                 self.next_command_ns = now_ns + COMMAND_PERIOD_NS;

@@ -8,8 +8,8 @@ use super::latest::{Depth, open, receive_error, send_error, subscriber_error, wr
 use super::node::retried;
 use super::turns::{CommandFlood, Turns};
 use super::{PortError, PortNode, monotonic_ns};
-use crate::session_command::SessionCommand;
-use crate::wire::{Field, Message, WireError};
+use crate::session_command::{Order, SessionCommand};
+use crate::wire::{Field, Message};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::ipc;
@@ -44,15 +44,14 @@ impl SessionCommandPublisher {
         Ok(Self { publisher, sequence: u64::from(std::process::id()) << SENDER_SHIFT })
     }
 
-    /// Sends one of the codes of [`crate::session_command`] and returns how many receivers got it.
+    /// Sends an order and returns how many receivers got it.
     ///
     /// # Errors
     /// [`PortError::Send`].
-    pub fn send(&mut self, command: u32) -> Result<usize, PortError> {
+    pub fn send(&mut self, order: Order) -> Result<usize, PortError> {
         self.sequence += 1;
-        let mut message = SessionCommand { command, sender: std::process::id(), ..SessionCommand::EMPTY };
+        let mut message = SessionCommand { command: order.code(), sender: std::process::id(), ..SessionCommand::EMPTY };
         message.stamp(self.sequence, monotonic_ns());
-        message.validate()?;
         self.publisher.send_copy(message).map_err(|e| send_error(TOPIC, &e))
     }
 
@@ -69,7 +68,6 @@ impl SessionCommandPublisher {
 pub struct SessionCommandSubscriber {
     subscriber: Subscriber<ipc::Service, SessionCommand, ()>,
     turns: Turns,
-    rejected: Option<WireError>,
 }
 
 impl SessionCommandSubscriber {
@@ -82,27 +80,30 @@ impl SessionCommandSubscriber {
         let subscriber = retried(|| {
             service.subscriber_builder().buffer_size(QUEUE).create().map_err(subscriber_error::<SessionCommand>)
         })?;
-        Ok(Self { subscriber, turns: Turns::default(), rejected: None })
+        Ok(Self { subscriber, turns: Turns::default() })
     }
 
-    /// The next command: of each sender the oldest, senders in turn; `None` when none waits.
+    /// Takes in what came since the last look.
     ///
     /// # Errors
-    /// [`PortError::Rejected`] when no command waits and some that came must not be obeyed (they are consumed),
+    /// [`PortError::Rejected`] when a command must not be obeyed; the others were taken in all the same.
     /// [`PortError::Receive`].
-    pub fn next_command(&mut self) -> Result<Option<SessionCommand>, PortError> {
+    pub fn look(&mut self) -> Result<(), PortError> {
+        let mut rejected = None;
         for _ in 0..MOST_IN_A_LOOK {
             let Some(sample) = self.subscriber.receive().map_err(|e| receive_error(TOPIC, &e))? else { break };
             let copy = *sample;
             match copy.validate() {
                 Ok(()) => self.turns.add(sample.header().publisher_id().value(), copy),
-                Err(error) => self.rejected = Some(error),
+                Err(error) => rejected = Some(error),
             }
         }
-        match self.turns.next() {
-            Some(command) => Ok(Some(command)),
-            None => self.rejected.take().map_or(Ok(None), |error| Err(error.into())),
-        }
+        rejected.map_or(Ok(()), |error| Err(error.into()))
+    }
+
+    /// The next of the commands that were taken in: of each sender the oldest, senders in turn.
+    pub fn next_command(&mut self) -> Option<SessionCommand> {
+        self.turns.next()
     }
 
     /// The next thing to tell about senders whose commands are lost, because they send faster than is obeyed.

@@ -4,7 +4,7 @@ use super::commands::raw_sender_for_test;
 use super::tests::{TestRun, wait_for};
 use super::*;
 use crate::pointer_hand::PointerHand;
-use crate::session_command::{self, SessionCommand};
+use crate::session_command::{Order, SessionCommand};
 use crate::wire::{Field, Message};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -56,18 +56,21 @@ fn a_flood_of_commands_lets_another_sender_have_its_turn() {
     let mut flood = Flood::start(&run, |node| {
         let mut publisher = SessionCommandPublisher::open(node).unwrap();
         Box::new(move || {
-            publisher.send(session_command::TIE).unwrap();
+            publisher.send(Order::Tie).unwrap();
         })
     });
-    assert_eq!(receiver.next_command().unwrap().map(|c| c.command), Some(session_command::TIE));
+    receiver.look().unwrap();
+    assert_eq!(receiver.next_command().and_then(|c| c.order()), Some(Order::Tie));
     let mut other = SessionCommandPublisher::open(&run.node()).unwrap();
     for _ in 0..20 {
-        other.send(session_command::RESTORE).unwrap();
-        let turns: Vec<u32> = (0..3).filter_map(|_| receiver.next_command().unwrap()).map(|c| c.command).collect();
-        assert!(turns.contains(&session_command::RESTORE), "{turns:?}");
+        other.send(Order::Restore).unwrap();
+        receiver.look().unwrap();
+        let turns: Vec<Order> = (0..2).filter_map(|_| receiver.next_command()?.order()).collect();
+        assert!(turns.contains(&Order::Restore), "{turns:?}");
     }
     let sent = flood.end();
-    while receiver.next_command().unwrap().is_some() {}
+    receiver.look().unwrap();
+    while receiver.next_command().is_some() {}
     let told: Vec<CommandFlood> = std::iter::from_fn(|| receiver.flood()).collect();
     let lost: u64 = told.iter().map(|t| if let CommandFlood::Ended { lost, .. } = t { *lost } else { 0 }).sum();
     println!("{sent} commands sent, {lost} lost, told {} times", told.len());
@@ -88,10 +91,10 @@ fn nonsense_hides_no_command_and_is_one_answer_however_much_of_it_there_is() {
         message.stamp(sequence, monotonic_ns());
         nonsense.send_copy(message).unwrap();
     }
-    sender.send(session_command::NEXT).unwrap();
-    assert_eq!(receiver.next_command().unwrap().map(|c| c.command), Some(session_command::NEXT));
-    assert!(matches!(receiver.next_command(), Err(PortError::Rejected(_))));
-    assert_eq!(receiver.next_command().unwrap(), None);
+    sender.send(Order::Next).unwrap();
+    assert!(matches!(receiver.look(), Err(PortError::Rejected(_))));
+    assert_eq!(receiver.next_command().and_then(|c| c.order()), Some(Order::Next));
+    assert_eq!((receiver.look(), receiver.next_command()), (Ok(()), None));
 }
 
 fn wish(x_m: f64, sender: u32) -> PointerHand {

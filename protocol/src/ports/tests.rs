@@ -4,7 +4,7 @@ use super::*;
 use crate::run::{ActiveRun, Environment, RunDir, RunRoot};
 use crate::scene_frame::{FrameHeader, FrameNode, OutlineHeader};
 use crate::servo_state::ServoState;
-use crate::session_command;
+use crate::session_command::Order;
 use crate::wire::Field;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -183,16 +183,16 @@ fn commands_of_several_senders_all_arrive() {
     let mut receiver = SessionCommandSubscriber::open(&run.node()).unwrap();
     let mut first = SessionCommandPublisher::open(&run.node()).unwrap();
     let mut second = SessionCommandPublisher::open(&run.node()).unwrap();
-    assert_eq!(first.send(session_command::NEXT).unwrap(), 1);
-    first.send(session_command::TIE).unwrap();
-    second.send(session_command::RESTORE).unwrap();
-    assert!(matches!(second.send(4711), Err(PortError::Rejected(_))));
+    assert_eq!(first.send(Order::Next).unwrap(), 1);
+    first.send(Order::Tie).unwrap();
+    second.send(Order::Restore).unwrap();
     let mut commands = Vec::new();
-    while let Some(command) = receiver.next_command().unwrap() {
+    receiver.look().unwrap();
+    while let Some(command) = receiver.next_command() {
         commands.push(command.command);
     }
     commands.sort_unstable();
-    assert_eq!(commands, [session_command::RESTORE, session_command::NEXT, session_command::TIE]);
+    assert_eq!(commands, [Order::Restore, Order::Next, Order::Tie].map(Order::code));
 }
 
 #[test]

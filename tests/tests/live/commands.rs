@@ -6,7 +6,7 @@ use crate::watch::Watch;
 use crate::{LIMIT, alone, assert_no_fault, ended, run, solver_of, summary};
 use protocol::ports::{PortNode, SessionCommandPublisher};
 use protocol::run::RunDir;
-use protocol::session_command::TIE;
+use protocol::session_command::Order;
 use rustix::process::Signal;
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
@@ -36,7 +36,7 @@ fn child_floods_until_it_is_killed() {
     let start = Instant::now();
     while start.elapsed() < LIMIT {
         // Refused: nothing has been taken.
-        (0..BURST).for_each(|_| drop(publisher.send(TIE)));
+        (0..BURST).for_each(|_| drop(publisher.send(Order::Tie)));
         std::thread::sleep(PAUSE);
     }
 }

@@ -6,7 +6,7 @@
 //! Deliberately absent: time of its own; `now_ns` is the clock that the caller has.
 
 use protocol::servo_state::ServoState;
-use protocol::session_command::{self as command, CommandAnswer, MAX_ANSWERS, SessionCommand};
+use protocol::session_command::{CommandAnswer, MAX_ANSWERS, Order, SessionCommand};
 use sim_core::scene::procedure::SessionRequest;
 use sim_core::wound::control::ControlMode;
 
@@ -27,16 +27,16 @@ pub(super) type Outcome = Result<(), &'static str>;
 
 /// What a command asks of the procedure; `None`: it is the servo's.
 pub(super) fn request_of(code: u32) -> Option<SessionRequest> {
-    match code {
-        command::START => Some(SessionRequest::Start),
-        command::RESTORE => Some(SessionRequest::Restore),
-        command::NEXT => Some(SessionRequest::Next),
-        command::PREVIOUS => Some(SessionRequest::Previous),
-        command::TIE => Some(SessionRequest::Tie),
-        command::CONTROL_ON => Some(SessionRequest::Control(ControlMode::Sound)),
-        command::CONTROL_OFF => Some(SessionRequest::Control(ControlMode::Off)),
-        command::CONTROL_PAPER => Some(SessionRequest::Control(ControlMode::Paper)),
-        _ => None,
+    match Order::of_code(code)? {
+        Order::Start => Some(SessionRequest::Start),
+        Order::Restore => Some(SessionRequest::Restore),
+        Order::Next => Some(SessionRequest::Next),
+        Order::Previous => Some(SessionRequest::Previous),
+        Order::Tie => Some(SessionRequest::Tie),
+        Order::ControlOn => Some(SessionRequest::Control(ControlMode::Sound)),
+        Order::ControlOff => Some(SessionRequest::Control(ControlMode::Off)),
+        Order::ControlPaper => Some(SessionRequest::Control(ControlMode::Paper)),
+        Order::Rearm => None,
     }
 }
 
@@ -110,7 +110,7 @@ mod tests {
     }
 
     fn rearm(sequence: u64, time_ns: u64) -> SessionCommand {
-        let mut command = SessionCommand { command: command::REARM, ..SessionCommand::EMPTY };
+        let mut command = SessionCommand { command: Order::Rearm.code(), ..SessionCommand::EMPTY };
         command.stamp(sequence, time_ns);
         command
     }
@@ -162,8 +162,8 @@ mod tests {
 
     #[test]
     fn every_code_of_the_wire_but_re_arm_asks_the_procedure_for_something() {
-        for code in command::RESTORE..=command::START {
-            assert_eq!(request_of(code).is_none(), code == command::REARM, "{code}");
+        for order in Order::ALL {
+            assert_eq!(request_of(order.code()).is_none(), order == Order::Rearm, "{order:?}");
         }
     }
 }

@@ -20,6 +20,7 @@ pub(super) fn servo(tick: u64) -> ServoState {
     };
     let handle = HandleState { position_m: [t, t / 3.0, -t], pair: 3, mode: 2, ..HandleState::EMPTY };
     let mut m = ServoState { ticks: tick, handle_count: 2, period_ns: 1_000_000, ..ServoState::EMPTY };
+    (m.hand_sender, m.hand_turn) = (4711, 3);
     m.devices[0] = device;
     m.handles[1] = handle;
     m.stamp(tick, tick * 1_000_000);
