@@ -6,7 +6,7 @@
 
 use super::cases::Subject;
 use super::cpu_clock::process_cpu_s;
-use super::document::{Report, Spent};
+use super::document::{self, Report, Spent};
 use super::head::Head;
 use super::networks;
 use super::parts::{Part, Request, keep_scenes, keys, parts};
@@ -97,6 +97,7 @@ fn run(arguments: &Arguments) -> Result<u8, ServerError> {
         (None, true) => None,
         (None, false) => Some(PathBuf::from(DEFAULT_FOLDER)),
     };
+    folder.as_deref().map_or(Ok(()), document::prepare)?;
     let stop = interrupt_flag()?;
     let mut report = measure(&request, &stop, |report| folder.as_deref().map_or(Ok(()), |f| report.write(f)))?;
     report.worse = stored.map(|stored| regression::compare(&stored, &report.sections));
@@ -205,6 +206,15 @@ mod tests {
         let given =
             parse("accuracy-report --quick --scene skin --network a.json b.json --out d --json").expect("parses");
         assert_eq!((given.network.len(), given.quick, given.json), (2, true, true));
+    }
+
+    #[test]
+    fn a_folder_that_takes_no_files_is_told_before_anything_is_measured() {
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        let error = document::prepare(&file.path().join("report")).expect_err("a file is no folder");
+        assert_eq!(error.exit_code(), exit::UNAVAILABLE, "{error}");
+        let folder = tempfile::tempdir().expect("a folder");
+        assert_eq!(document::prepare(&folder.path().join("new/report")), Ok(()));
     }
 
     #[test]

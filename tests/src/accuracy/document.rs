@@ -115,8 +115,19 @@ fn save(folder: &Path, name: &str, content: &[u8]) -> Result<(), ServerError> {
     std::fs::write(&fresh, content).and_then(|()| std::fs::rename(&fresh, &path)).map_err(|e| writing(&path, &e))
 }
 
+/// Makes the folder and tries it, before the minutes of a report are spent.
+pub(super) fn prepare(folder: &Path) -> Result<(), ServerError> {
+    let probe = folder.join(".report.new");
+    let tried = std::fs::create_dir_all(folder).and_then(|()| std::fs::write(&probe, []));
+    tried.and_then(|()| std::fs::remove_file(&probe)).map_err(|e| writing(folder, &e))
+}
+
 fn writing(path: &Path, error: &std::io::Error) -> ServerError {
-    ServerError::Internal(format!("{}: cannot write: {error}; choose another folder with --out", path.display()))
+    let sentence = format!("{}: cannot write: {error}; choose another folder with --out", path.display());
+    match error.kind() {
+        std::io::ErrorKind::PermissionDenied => ServerError::Permission(sentence),
+        _ => ServerError::Unavailable(sentence),
+    }
 }
 
 fn csv(section: &Section) -> Result<Vec<u8>, ServerError> {

@@ -2,7 +2,7 @@
 //!
 //! cargo compiles a crate once for each set of features, and the features of a third-party crate are the sum of what the
 //! packages ask for that are built together, those of tests included when a test is among the targets. A program that is
-//! asked for in another company than the running test's brings up to 40 crates a second time: minutes on two processors.
+//! asked for in another company than the running test's brings 22 crates and most of ours a second time: minutes on two processors.
 //! So it is asked for in the same company: the same packages, with the running test as one more target (it is up to date),
 //! in the same profile, for the same system, into the same folder. What is then left to do is to link it.
 //!

@@ -24,8 +24,8 @@ pub(super) fn show(ui: &mut Ui, view: &View, situation: &Situation<'_>) {
             if situation.picture == Picture::Paused {
                 ui.label(RichText::new("picture held (Space)").color(style::WATCH));
             }
-            if situation.hand == HandMode::Hand {
-                ui.label(RichText::new("mouse is the hand (M)").color(style::WATCH));
+            if let Some(text) = mouse(situation.hand) {
+                ui.label(RichText::new(text).color(style::WATCH));
             }
         });
     });
@@ -34,6 +34,15 @@ pub(super) fn show(ui: &mut Ui, view: &View, situation: &Situation<'_>) {
 /// How often, and for how long the processor works for a picture: what a graphics card then does is not in it.
 fn pace(times: &FrameTime) -> String {
     format!("{:.0} pictures/s, CPU {:.1} ms (1 in 100: {:.1})", times.per_second, times.work_p50_ms, times.work_p99_ms)
+}
+
+/// What the mouse is, where the server would take it for the hand.
+fn mouse(hand: HandMode) -> Option<&'static str> {
+    match hand {
+        HandMode::NoPointer => None,
+        HandMode::Idle => Some("press M to be the hand"),
+        HandMode::Hand => Some("mouse is the hand (M)"),
+    }
 }
 
 fn progress(ui: &mut Ui, view: &View) {
@@ -97,5 +106,6 @@ mod tests {
         let times = FrameTime { work_p50_ms: 1.25, work_p99_ms: 4.0, per_second: 60.0 };
         assert_eq!(pace(&times), "60 pictures/s, CPU 1.2 ms (1 in 100: 4.0)");
         assert_eq!(capital("vessel"), "Vessel");
+        assert!(mouse(HandMode::NoPointer).is_none() && mouse(HandMode::Idle).is_some_and(|text| text.contains('M')));
     }
 }

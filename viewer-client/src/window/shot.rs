@@ -3,7 +3,7 @@
 use super::screen::four_bytes;
 use crate::gpu::{Gpu, GpuError, Offscreen, png};
 use crate::samples::new_file;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use wgpu::TextureFormat;
 
@@ -27,10 +27,10 @@ pub(super) fn take(
             pixel.swap(0, 2);
         }
     }
-    let (path, file) = new_file(folder, "screenshot", "png").map_err(|e| format!("{}: {e}", folder.display()))?;
-    let mut writer = BufWriter::new(file);
-    let failed = |reason: String| format!("{}: {reason}", path.display());
-    png::encode(&picture, &mut writer).map_err(|e| failed(e.to_string()))?;
-    writer.flush().map_err(|e| failed(e.to_string()))?;
+    // Encoded before there is a file: a viewer that is ended meanwhile leaves no empty one.
+    let mut bytes = Vec::new();
+    png::encode(&picture, &mut bytes).map_err(|e| e.to_string())?;
+    let (path, mut file) = new_file(folder, "screenshot", "png").map_err(|e| format!("{}: {e}", folder.display()))?;
+    file.write_all(&bytes).map_err(|e| format!("{}: {e}", path.display()))?;
     Ok(path)
 }
