@@ -2,7 +2,8 @@
 //!
 //! Every tick of the run is recorded. Tick `n` was due at `t₀ + (n + missed) T`; its lateness is the time at which its state was
 //! written less that, less the least of the run. In each block with viewers five are killed and five stopped. The figures are
-//! printed, nothing is asserted of them: a loaded machine is no fault of the code. Asked for by name, best in a release build:
+//! printed, nothing is asserted of them: a loaded machine is no fault of the code. Those that draw must have drawn, though: the
+//! pictures that they wrote before any is killed are counted. Asked for by name, best in a release build:
 //! `cargo test --release -p suture-tests --test live -- --ignored --nocapture twenty`.
 
 use crate::viewers::Viewer;
@@ -15,16 +16,19 @@ use protocol::trace::{TraceItem, TraceReader};
 use rustix::process::Signal;
 use std::fs::File;
 use std::io::BufReader;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
-use suture_tests::processes::{Program, Sandbox, viewer};
+use suture_tests::processes::{Program, Sandbox, viewer, wait_for};
 
 const VIEWERS: usize = 20;
 const BLOCK: Duration = Duration::from_secs(10);
 /// Blocks without and with viewers, in turns: a minute.
 const BLOCKS: usize = 6;
-/// Viewers of a block work for this long before some are killed and stopped.
+/// Viewers of a block work for this long, from the first picture of those that draw, before some are killed and stopped.
 const UNDISTURBED: Duration = Duration::from_secs(4);
+
+/// Pictures that each one that draws must write in that time, at ten a second asked for: it draws beside nineteen others.
+const DRAWN: usize = 4;
 
 /// Who looks in a block.
 #[derive(Clone, Copy, PartialEq)]
@@ -70,15 +74,48 @@ enum Kind {
 enum Looker {
     Reader(Viewer),
     Viewer(Program),
+    /// With the folder of its pictures.
+    Drawing(Program, PathBuf),
 }
 
 impl Looker {
     fn signal(&self, signal: Signal) {
         match self {
             Self::Reader(reader) => reader.signal(signal),
-            Self::Viewer(program) => program.signal(signal),
+            Self::Viewer(program) | Self::Drawing(program, _) => program.signal(signal),
         }
     }
+
+    /// Pictures that were written so far; `None` of one that does not draw.
+    fn pictures(&self) -> Option<usize> {
+        let Self::Drawing(_, folder) = self else { return None };
+        let files = std::fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok);
+        Some(files.filter(|file| file.path().extension().is_some_and(|end| end == "png")).count())
+    }
+
+    fn stderr(&self) -> String {
+        match self {
+            Self::Reader(_) => String::new(),
+            Self::Viewer(program) | Self::Drawing(program, _) => program.stderr(),
+        }
+    }
+}
+
+/// Lets viewers work undisturbed from the first picture of each that draws; says how many pictures each wrote meanwhile.
+fn work(viewers: &[Looker]) -> Vec<usize> {
+    let drawing: Vec<&Looker> = viewers.iter().filter(|v| v.pictures().is_some()).collect();
+    for viewer in &drawing {
+        let begun = wait_for(LIMIT, || viewer.pictures().filter(|count| *count > 0));
+        assert!(begun.is_some(), "a viewer that draws has no picture: {}", viewer.stderr());
+    }
+    let count = || -> Vec<usize> { drawing.iter().filter_map(|v| v.pictures()).collect() };
+    let before = count();
+    std::thread::sleep(UNDISTURBED);
+    let drawn: Vec<usize> = count().into_iter().zip(before).map(|(now, before)| now - before).collect();
+    for (viewer, drawn) in drawing.iter().zip(&drawn) {
+        assert!(*drawn >= DRAWN, "only {drawn} pictures in {UNDISTURBED:?}: {}", viewer.stderr());
+    }
+    drawn
 }
 
 fn lookers(sandbox: &Sandbox, run: &RunDir, kind: Kind) -> Vec<Looker> {
@@ -86,9 +123,9 @@ fn lookers(sandbox: &Sandbox, run: &RunDir, kind: Kind) -> Vec<Looker> {
         Kind::Readers => Looker::Reader(Viewer::start(run)),
         Kind::Viewers { drawing } if number < drawing => {
             let folder = sandbox.folder().join(format!("pictures-{number}-{}", monotonic_ns()));
-            let folder = folder.to_str().expect("a plain name");
-            let arguments = ["--headless", "--frames", folder, "--size", "640x360", "--fps", "10"];
-            Looker::Viewer(sandbox.start(&viewer(), &arguments))
+            let name = folder.to_str().expect("a plain name");
+            let arguments = ["--headless", "--frames", name, "--size", "640x360", "--fps", "10"];
+            Looker::Drawing(sandbox.start(&viewer(), &arguments), folder)
         }
         Kind::Viewers { .. } => Looker::Viewer(sandbox.start(&viewer(), &["--text", "--interval", "0.02"])),
     };
@@ -121,7 +158,10 @@ fn measure(kind: Kind) {
         let from_ns = monotonic_ns();
         if block == Block::Watched {
             let viewers = lookers(&sandbox, &run, kind);
-            std::thread::sleep(UNDISTURBED);
+            let pictures = work(&viewers);
+            if !pictures.is_empty() {
+                println!("block {number}: pictures written in {UNDISTURBED:?} by each that draws: {pictures:?}");
+            }
             // The first of them draw, if any do: one is killed, one stopped.
             viewers.iter().step_by(4).for_each(|v| v.signal(Signal::KILL));
             viewers.iter().skip(1).step_by(4).for_each(|v| v.signal(Signal::STOP));
