@@ -17,6 +17,8 @@ use crate::samples::Samples;
 use crate::source::Source;
 use crate::tell::Tell;
 use nalgebra::Point3;
+use protocol::servo_state::FLAG_DEGRADED;
+use protocol::words;
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -69,6 +71,8 @@ pub(crate) struct Desk {
     notice: Option<(Notice, f64)>,
     /// Kind and node count of the scene that was framed.
     framed: Option<(u32, u32)>,
+    /// State, fault and flags of the servo that were told last.
+    told: Option<(u32, u32, u32)>,
     now_s: f64,
 }
 
@@ -77,7 +81,19 @@ impl Desk {
         let mut camera = Camera::default();
         camera.fixed(view);
         let samples = Samples::default();
-        Self { source, camera, look, samples, tell, folder, held: None, notice: None, framed: None, now_s: 0.0 }
+        Self {
+            source,
+            camera,
+            look,
+            samples,
+            tell,
+            folder,
+            held: None,
+            notice: None,
+            framed: None,
+            told: None,
+            now_s: 0.0,
+        }
     }
 
     /// The view that is drawn.
@@ -113,6 +129,18 @@ impl Desk {
             self.framed = Some(scene);
             headless::frame(&mut self.camera, view, size.free_aspect(self.look.stereo));
             self.tell_camera(size);
+        }
+        self.tell_servo();
+    }
+
+    /// Says, for programs, how the servo is when that has changed.
+    fn tell_servo(&mut self) {
+        let Some(servo) = &self.source.view().servo else { return };
+        let now = (servo.mode, servo.fault, servo.flags & FLAG_DEGRADED);
+        if self.told.replace(now) != Some(now) {
+            let fault = (servo.mode == FAULT).then(|| words::fault(servo.fault));
+            let state = words::mode(servo.mode);
+            self.tell.say("servo", json!({ "state": state, "fault": fault, "is_degraded": now.2 != 0 }));
         }
     }
 

@@ -1,7 +1,7 @@
 //! One JSON line per event on standard output, for scripts and tests (`--tell`).
 //!
 //! `started` · `camera` (16 numbers of the matrix from the scene to clip space, column by column, and the picture's size) · `picked`
-//! · `saved` (screenshot or sample curves) · `notice` (what became of an order, and every other sentence) · `hand` ·
+//! · `servo` (state, fault and rights, when they change) · `saved` (screenshot or sample curves) · `notice` (what became of an order, and every other sentence) · `hand` ·
 //! `gone` · `quit`. Sentences are for people, events and numbers for programs.
 
 use serde_json::{Value, json};

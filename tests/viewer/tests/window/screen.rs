@@ -11,7 +11,7 @@ use std::time::Duration;
 pub(crate) struct Server(Child);
 
 impl Server {
-    pub(crate) fn start(program: &Path, runtime: &Path, arguments: &[&str]) -> Self {
+    pub(crate) fn start(program: &Path, runtime: &Path, arguments: &[&Path]) -> Self {
         let child = Command::new(program)
             .args(arguments)
             .env("XDG_RUNTIME_DIR", runtime)
@@ -22,12 +22,28 @@ impl Server {
         Self(child.expect("the server starts"))
     }
 
+    /// Its children of this subcommand, by `/proc`.
+    pub(crate) fn child(&self, subcommand: &str) -> Option<u32> {
+        let id = self.0.id();
+        let list = std::fs::read_to_string(format!("/proc/{id}/task/{id}/children")).ok()?;
+        let named = |id: &u32| {
+            let line = std::fs::read(format!("/proc/{id}/cmdline")).unwrap_or_default();
+            line.split(|byte| *byte == 0).nth(1) == Some(subcommand.as_bytes())
+        };
+        list.split_whitespace().filter_map(|id| id.parse().ok()).find(named)
+    }
+
     /// Asks it to end, as Ctrl-C does, and waits.
     pub(crate) fn stop(mut self) -> Option<i32> {
-        let asked = Command::new("kill").arg("-TERM").arg(self.0.id().to_string()).status();
-        assert!(asked.expect("kill runs").success());
+        signal("TERM", self.0.id());
         self.0.wait().expect("it is ours").code()
     }
+}
+
+/// Sends a signal to one process.
+pub(crate) fn signal(name: &str, id: u32) {
+    let sent = Command::new("kill").args(["-s", name]).arg(id.to_string()).status();
+    assert!(sent.expect("kill runs").success(), "no {name} for {id}");
 }
 
 impl Drop for Server {
@@ -68,6 +84,11 @@ impl Screen {
         Some(Self { server, display: format!(":{}", line.trim()) })
     }
 
+    /// Dies, as an X server that crashes or is killed.
+    pub(crate) fn die(&mut self) {
+        self.server.kill().and_then(|()| self.server.wait()).expect("it is ours");
+    }
+
     pub(crate) fn display(&self) -> &str {
         &self.display
     }
@@ -92,13 +113,16 @@ pub(crate) struct Viewer {
     child: Child,
     events: Receiver<Value>,
     seen: Vec<Value>,
+    /// What it said last of the servo and of its camera.
+    pub(crate) servo: Value,
+    pub(crate) camera: Value,
 }
 
 impl Viewer {
     /// Starts it on a display, in the run directory of a server.
-    pub(crate) fn start(screen: &Screen, runtime: &Path, out: &Path) -> Self {
+    pub(crate) fn start(screen: &Screen, runtime: &Path, out: &Path, [width, height]: [u32; 2]) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_viewer-of-tests"))
-            .args(["--tell", "--size", "640x480", "--quality", "fast", "--out"])
+            .args(["--tell", "--size", &format!("{width}x{height}"), "--quality", "fast", "--out"])
             .arg(out)
             .env("DISPLAY", screen.display())
             .env("XDG_RUNTIME_DIR", runtime)
@@ -117,7 +141,7 @@ impl Viewer {
                 }
             }
         });
-        Self { child, events, seen: Vec::new() }
+        Self { child, events, seen: Vec::new(), servo: Value::Null, camera: Value::Null }
     }
 
     /// The next event of this name; those before it are passed over.
@@ -136,6 +160,11 @@ impl Viewer {
         loop {
             let event = self.events.recv_timeout(LIMIT).ok()?;
             self.seen.push(event.clone());
+            match event["event"].as_str() {
+                Some("servo") => self.servo = event.clone(),
+                Some("camera") => self.camera = event.clone(),
+                _ => {}
+            }
             if event["event"] == name {
                 return Some(event);
             }
