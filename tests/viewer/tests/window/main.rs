@@ -46,7 +46,8 @@ fn a_person_with_a_mouse_orbits_picks_sutures_restores_and_quits() {
     assert!(csv.starts_with("# node ") && csv.contains("\nnode,time_s,deformation_m"), "{csv}");
 
     suture(&mut person, eyes, &sight);
-    assert!(felt(&mut person, &picked) > FELT_N, "the curve of a sutured point knows no force of the hand");
+    let (felt, curve) = felt(&mut person, &picked);
+    assert!(felt > FELT_N, "the curve of sutured node {picked} knows no force of the hand:\n{curve}");
 
     // Restore: answered, and the stitch is gone.
     person.order("r", "restore", ": done");
@@ -55,14 +56,15 @@ fn a_person_with_a_mouse_orbits_picks_sutures_restores_and_quits() {
     assert_eq!(session.server.stop(), Some(0));
 }
 
-/// Largest force of the hand in the saved curve of a node.
-fn felt(person: &mut Person<'_>, node: &Value) -> f64 {
+/// Largest force of the hand in the saved curve of a node, and the curve.
+fn felt(person: &mut Person<'_>, node: &Value) -> (f64, String) {
     person.key("k");
     let saved = person.viewer.expect("saved");
     let csv = std::fs::read_to_string(saved["file"].as_str().expect("a path")).expect("the file that was told");
     let name = node.to_string();
     let own = csv.lines().map(|line| line.split(',').collect::<Vec<_>>()).filter(|row| row[0] == name);
-    own.map(|row| row[5].parse::<f64>().expect("a number")).fold(0.0, f64::max)
+    let felt = own.map(|row| row[5].parse::<f64>().expect("a number")).fold(0.0, f64::max);
+    (felt, csv)
 }
 
 /// One stitch of the first pair with the mouse, straight from above.
