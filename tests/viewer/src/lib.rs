@@ -1,6 +1,7 @@
 //! Support of the viewer's tests: small scenes made in code, adapters, comparison of pictures.
 
 pub mod compare;
+pub mod finer;
 pub mod scene;
 
 use viewer_client::camera::FixedView;

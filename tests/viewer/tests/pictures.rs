@@ -8,6 +8,7 @@ use viewer_client::gpu::{Gpu, Picture};
 use viewer_client::headless::Studio;
 use viewer_client::render::{Background, Look, Quality, Stereo};
 use viewer_tests::compare::{Difference, assert_stored};
+use viewer_tests::finer::finer;
 use viewer_tests::scene::{Detail, Kind, corners, view};
 use viewer_tests::{SIZE, adapters, studio};
 
@@ -68,6 +69,12 @@ fn fast() {
     for (name, kind) in [("fast", Kind::Liver), ("fast-skin", Kind::Skin), ("fast-vessel", Kind::Vessel)] {
         stored(name, Look { quality: Quality::Fast, ..FULL }, &view(kind));
     }
+}
+
+#[test]
+fn fast_with_small_triangles() {
+    // Beyond 8,000 triangles of the outer surface.
+    stored("fast-dense", Look { quality: Quality::Fast, ..FULL }, &finer(finer(view(Kind::Skin))));
 }
 
 /// Looks at a detail from nearby.

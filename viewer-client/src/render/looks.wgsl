@@ -7,6 +7,8 @@ override OUTER: bool = true;
 
 // A processor lights vertices, and adds to each pixel only what is finer: shadow, reflection, grain.
 override AT_VERTICES: bool = !FULL && OUTER && LOOK < 3u;
+// The triangles are so small that nothing is finer than the vertices.
+override DENSE: bool = false;
 
 // A material with its relief in metres and the darkening of a line.
 struct Look {

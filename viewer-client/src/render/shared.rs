@@ -26,6 +26,8 @@ pub(super) struct Detail {
     pub(super) full: bool,
     /// Triangles of the tissue that are worth having.
     pub(super) triangles: usize,
+    /// From so many triangles of the outer surface on, nothing is finer than its vertices.
+    pub(super) dense: u32,
     /// Radius of the table, in diagonals of the tissue.
     pub(super) table: f32,
     /// Cells along a side of the table.
@@ -34,9 +36,9 @@ pub(super) struct Detail {
 
 impl Detail {
     pub(super) const FULL: Self =
-        Self { samples: 4, shadow_side: 2048, full: true, triangles: 60_000, table: 1.72, cells: 1 };
+        Self { samples: 4, shadow_side: 2048, full: true, triangles: 60_000, dense: u32::MAX, table: 1.72, cells: 1 };
     pub(super) const FAST: Self =
-        Self { samples: 1, shadow_side: 768, full: false, triangles: 5_000, table: 1.15, cells: 24 };
+        Self { samples: 1, shadow_side: 768, full: false, triangles: 5_000, dense: 8_000, table: 1.15, cells: 24 };
 }
 
 /// Where the tissue is, for light and table.

@@ -21,12 +21,19 @@ struct Loaded {
     triangles: usize,
 }
 
+/// Which program draws the tissue: the look, and whether its triangles are small.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Program {
+    look: u32,
+    dense: bool,
+}
+
 /// The tissue.
 pub(super) struct Tissue {
     shape: Shape,
     /// For the look: the outer surface, and everything else. A processor runs both sides of a branch, so what is rare has
     /// a program of its own.
-    pipelines: Option<(u32, [Pipelines; 2])>,
+    pipelines: Option<(Program, [Pipelines; 2])>,
     loaded: Option<Loaded>,
     frames: u64,
     kind: u32,
@@ -88,8 +95,9 @@ impl Tissue {
         }
         self.shape.colour_by(gpu, colour);
         let look = if colour == ColourBy::Tissue { self.kind } else { SCALE };
-        if self.pipelines.as_ref().is_none_or(|(made_for, _)| *made_for != look) {
-            self.pipelines = Some((look, [0, 1].map(|part| pipelines(gpu, shared, look, part))));
+        let program = Program { look, dense: self.shape.outer_count() / 3 >= shared.detail.dense };
+        if self.pipelines.as_ref().is_none_or(|(made_for, _)| *made_for != program) {
+            self.pipelines = Some((program, [0, 1].map(|part| pipelines(gpu, shared, program, part))));
         }
     }
 
@@ -143,7 +151,7 @@ impl Tissue {
     }
 }
 
-fn pipelines(gpu: &Gpu, shared: &Shared, look: u32, part: u32) -> Pipelines {
+fn pipelines(gpu: &Gpu, shared: &Shared, program: Program, part: u32) -> Pipelines {
     let attributes = wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x4, 2 => Float32x4, 3 => Float32x4];
     shared.pipelines(
         gpu,
@@ -156,7 +164,11 @@ fn pipelines(gpu: &Gpu, shared: &Shared, look: u32, part: u32) -> Pipelines {
                 attributes: &attributes,
             })],
             topology: wgpu::PrimitiveTopology::TriangleList,
-            constants: &[("LOOK", f64::from(look)), ("OUTER", f64::from(1 - part))],
+            constants: &[
+                ("LOOK", f64::from(program.look)),
+                ("OUTER", f64::from(1 - part)),
+                ("DENSE", f64::from(u8::from(program.dense))),
+            ],
             casts: part == 0,
             // The far side of a body would be drawn for nothing; what is not the outer surface has two sides.
             cull: (part == 0).then_some(wgpu::Face::Back),

@@ -54,6 +54,9 @@ fn vertex(
             seen.from_lamp += vec4f(vec3f(shine(seen.askew, SKIN_GLOSS)), 0.0);
         }
         seen.in_map = in_shadow_map(position.xyz, n);
+        if DENSE {
+            seen.everywhere = with_grain(seen, lit_around(seen.in_map));
+        }
     }
     return seen;
 }
@@ -69,9 +72,20 @@ fn fine_place(rest: vec3f) -> vec2f {
     return rest.xy * 2600.0;
 }
 
+// Share of the lamp around a vertex, about as far as its neighbours.
+fn lit_around(in_map: vec3f) -> f32 {
+    var share = 0.0;
+    for (var y = -1; y <= 1; y++) {
+        for (var x = -1; x <= 1; x++) {
+            let shift = vec2f(f32(x), f32(y)) * 2.0 * globals.high.w;
+            share += lit_share(vec3f(in_map.xy + shift, in_map.z)) / 9.0;
+        }
+    }
+    return share;
+}
+
 // What is finer than the vertices.
-fn with_grain(seen: Seen) -> vec4f {
-    let share = lit_share(seen.in_map);
+fn with_grain(seen: Seen, share: f32) -> vec4f {
     let place = vec2f(seen.everywhere.w, seen.from_lamp.w);
     var colour = seen.everywhere.rgb + seen.from_lamp.rgb * share;
     if LOOK == 0u {
@@ -99,7 +113,10 @@ fn shine(askew: vec3f, gloss: vec2f) -> f32 {
 @fragment
 fn fragment(seen: Seen) -> @location(0) vec4f {
     if AT_VERTICES {
-        return with_grain(seen);
+        if DENSE {
+            return seen.everywhere;
+        }
+        return with_grain(seen, lit_share(seen.in_map));
     }
     if LOOK == 3u {
         if !OUTER {
