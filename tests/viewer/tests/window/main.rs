@@ -14,11 +14,14 @@ use person::{Eyes, PATIENT, Person, Session, Sight};
 use screen::Screen;
 use serde_json::Value;
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 /// Size of most windows.
 const SIZE: [u32; 2] = [640, 480];
 /// The hand pulls a gap closed with more than this, newtons.
 const FELT_N: f64 = 0.05;
+/// How often the curve of the node in hand is asked for.
+const MOST_LOOKS: u32 = 100;
 /// Step of the pull from picture to picture, pixels.
 const PULL_PX: f64 = 4.0;
 
@@ -45,9 +48,7 @@ fn a_person_with_a_mouse_orbits_picks_sutures_restores_and_quits() {
     let csv = std::fs::read_to_string(saved["file"].as_str().expect("a path")).expect("the file that was told");
     assert!(csv.starts_with("# node ") && csv.contains("\nnode,time_s,deformation_m"), "{csv}");
 
-    suture(&mut person, eyes, &sight);
-    let (felt, curve) = felt(&mut person, &picked);
-    assert!(felt > FELT_N, "the curve of sutured node {picked} knows no force of the hand:\n{curve}");
+    suture(&mut person, eyes, &sight, &picked);
 
     // Restore: answered, and the stitch is gone.
     person.order("r", "restore", ": done");
@@ -68,7 +69,7 @@ fn felt(person: &mut Person<'_>, node: &Value) -> (f64, String) {
 }
 
 /// One stitch of the first pair with the mouse, straight from above.
-fn suture(person: &mut Person<'_>, eyes: &mut Eyes, sight: &Sight) {
+fn suture(person: &mut Person<'_>, eyes: &mut Eyes, sight: &Sight, picked: &Value) {
     person.key("m");
     assert_eq!(person.viewer.expect("hand")["mode"], "hand");
     let left = eyes.point(0);
@@ -107,6 +108,15 @@ fn suture(person: &mut Person<'_>, eyes: &mut Eyes, sight: &Sight) {
         if now.gap_m < 0.97 * now.closed_gap_m {
             break;
         }
+    }
+    // Held there until the viewer has measured it, however slowly it draws.
+    for looks in 0.. {
+        let (felt, curve) = felt(person, picked);
+        if felt > FELT_N {
+            break;
+        }
+        assert!(looks < MOST_LOOKS, "the curve of sutured node {picked} knows no force of the hand:\n{curve}");
+        std::thread::sleep(Duration::from_millis(100));
     }
     person.button("mouseup");
     eyes.until("a stitch", |view, _| view.report.as_ref().filter(|r| r.row_count == 1).map(|_| ()));
