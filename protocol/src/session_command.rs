@@ -79,7 +79,7 @@ pub const DONE: u32 = 1;
 /// [`CommandAnswer::result`]: refused, nothing has changed.
 pub const REFUSED: u32 = 2;
 
-/// Answers that are kept: one of every sender that may send at a time.
+/// Answers that are kept, the newest.
 pub const MAX_ANSWERS: usize = 16;
 /// Words of eight bytes that a reason may take.
 pub const MAX_ANSWER_WORDS: usize = 16;

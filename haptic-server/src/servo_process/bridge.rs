@@ -24,7 +24,7 @@ use triple_buffer::Input;
 const LOOK_PERIOD: Duration = Duration::from_micros(400);
 /// Report and commands are looked at once in so many looks.
 const SLOW_LOOKS: u32 = 16;
-/// Commands that are obeyed in one look; of a viewer that sends more the rest waits, not the tissue port.
+/// Commands that are obeyed in one look; what a viewer sends beyond that waits in its lane or is lost, not the tissue port.
 const COMMANDS_PER_LOOK: usize = 16;
 /// Dead peers are cleaned up this often.
 const CLEAN_UP_PERIOD: Duration = Duration::from_secs(1);
@@ -75,6 +75,8 @@ pub(super) fn run(run: &RunDir, cells: &mut Cells, delivery: &Delivery) -> Resul
             && let Err(error) = hand.look(&mut complaints, &delivery.links)
         {
             tracing::warn!("{error}; the pointer is not heard any more");
+            let (_, turn) = delivery.links.hand();
+            delivery.links.tell_hand(0, turn);
             pointer = None;
         }
         looks = looks.wrapping_add(1);

@@ -81,10 +81,12 @@ impl Topics {
         let now_ns = monotonic_ns();
         self.command = None;
         if now_ns >= self.next_command_ns {
-            self.complaints.passed(self.commands.look())?;
+            let looked = self.commands.look();
+            let is_rejected = looked.is_err();
+            self.complaints.passed(looked)?;
             self.command = self.commands.next_command();
             std::iter::from_fn(|| self.commands.flood()).for_each(tell);
-            if self.command.is_some() {
+            if self.command.is_some() || is_rejected {
                 self.next_command_ns = now_ns + COMMAND_PERIOD_NS;
             }
         }

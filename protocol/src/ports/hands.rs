@@ -14,7 +14,8 @@ use iceoryx2::prelude::ipc;
 
 /// Programs that may ask for the hand at the same time, stopped ones included.
 pub const MAX_HAND_SENDERS: usize = 8;
-/// Two wishes of each in one look, so that one who sends without end does not use up the look.
+/// Wishes of one look: as many as two of each. One who sends without end may take them all; the hand then stands, and
+/// its place is free after the usual silence.
 const MOST_IN_A_LOOK: usize = 2 * MAX_HAND_SENDERS;
 const TOPIC: &str = PointerHand::NAME;
 

@@ -72,6 +72,11 @@ fn fast() {
 }
 
 #[test]
+fn fast_on_paper() {
+    stored("fast-print", Look { quality: Quality::Fast, background: Background::Print, ..FULL }, &view(Kind::Skin));
+}
+
+#[test]
 fn fast_with_small_triangles() {
     // Beyond 8,000 triangles of the outer surface.
     stored("fast-dense", Look { quality: Quality::Fast, ..FULL }, &finer(finer(view(Kind::Skin))));

@@ -202,7 +202,11 @@ impl Shared {
         let with = |v: Vector3<f32>, w: f32| [v.x, v.y, v.z, w];
         let [r, g, b] = behind.map(|c| c.powf(2.2));
         // What bends towards 1 is straightened again, so that the table fades into exactly the background.
-        let bright = |c: f32| if c > 0.7 { 0.7 + 0.3 * (c - 0.7) / (1.0 - c).max(1.0e-3) } else { c };
+        let over = |c: f32| {
+            let bent = (c - 0.7) / 0.3;
+            if self.detail.full { 0.3 * bent / (1.0 - bent).max(1.0e-3) } else { 1.0 - (1.0 - bent).max(0.0).cbrt() }
+        };
+        let bright = |c: f32| if c > 0.7 { 0.7 + over(c) } else { c };
         let mut numbers = [0.0; NUMBERS];
         let vectors = [
             with(camera.eye_m(eye).coords, gamma),

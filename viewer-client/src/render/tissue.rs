@@ -134,8 +134,10 @@ impl Tissue {
 
     pub(super) fn cast(&self, pass: &mut wgpu::RenderPass<'_>) {
         if let Some(pipeline) = self.pipelines.as_ref().and_then(|(_, [p, _])| p.shadow.as_ref()) {
-            // What lies below the outer surface is in its shadow already.
-            self.draw_with(pass, pipeline, 0..self.shape.outer_count());
+            // What lies below an outer surface is in its shadow already; a single layer has walls of its own.
+            let single = self.place.below_m > 0.0;
+            let casting = if single { self.shape.index_count() } else { self.shape.outer_count() };
+            self.draw_with(pass, pipeline, 0..casting);
         }
     }
 

@@ -9,8 +9,10 @@ use super::{Plain, VESSEL, wound};
 pub(super) fn seen(plain: &Plain<'_>, kind: u32) -> Vec<[u32; 3]> {
     let layer = |face: &[u32; 3]| plain.layers[face[0] as usize];
     let innermost = || plain.surface.iter().filter(|face| layer(face) == plain.deepest);
-    let outer = plain.surface.iter().filter(|face| layer(face) == 0);
-    let between_is_shut = plain.deepest > 0 && sides_used_once(outer.chain(&plain.walls).chain(innermost())).is_empty();
+    let mut outer = plain.surface.iter().filter(|face| layer(face) == 0).peekable();
+    let between_is_shut = plain.deepest > 0
+        && outer.peek().is_some()
+        && sides_used_once(outer.chain(&plain.walls).chain(innermost())).is_empty();
     // A vessel is open at its ends; elsewhere a bed lies in every hole of the innermost surface that the wound has made.
     let inside_is_shut = between_is_shut && kind != VESSEL && {
         let beside = wound::beside_edge(plain);
@@ -107,6 +109,10 @@ mod tests {
         assert_eq!(inner_faces(&boxes, &boxes.walls, 1), around_the_hole);
         // A vessel has no bed: one looks in.
         assert_eq!(inner_faces(&boxes, &boxes.walls, super::VESSEL), all);
+        // The same layers, all numbered one deeper: there is nothing in front of them.
+        let deeper = Boxes { layers: boxes.layers.iter().map(|layer| layer + 1).collect(), ..boxes };
+        assert_eq!(inner_faces(&deeper, &deeper.walls, 1), 2 * all);
+        let boxes = Boxes { layers: deeper.layers.iter().map(|layer| layer - 1).collect(), ..deeper };
         // A wall is missing: one looks in between.
         assert_eq!(inner_faces(&boxes, &boxes.walls[6..], 1), all);
     }
