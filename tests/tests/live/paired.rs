@@ -24,7 +24,9 @@ const VIEWERS: usize = 20;
 const BLOCK: Duration = Duration::from_secs(10);
 /// Blocks without and with viewers, in turns: a minute.
 const BLOCKS: usize = 6;
-/// Viewers of a block work for this long, from the first picture of those that draw, before some are killed and stopped.
+/// Pictures in front of what is counted: the driver compiles its shaders in them.
+const WARM_UP: usize = 3;
+/// Viewers of a block work for this long, once those that draw are warm, before some are killed and stopped.
 const UNDISTURBED: Duration = Duration::from_secs(4);
 
 /// Pictures that each one that draws must write in that time, at ten a second asked for: it draws beside nineteen others.
@@ -101,12 +103,12 @@ impl Looker {
     }
 }
 
-/// Lets viewers work undisturbed from the first picture of each that draws; says how many pictures each wrote meanwhile.
+/// Lets viewers work undisturbed from the moment when each that draws is warm; says how many pictures each wrote meanwhile.
 fn work(viewers: &[Looker]) -> Vec<usize> {
     let drawing: Vec<&Looker> = viewers.iter().filter(|v| v.pictures().is_some()).collect();
     for viewer in &drawing {
-        let begun = wait_for(LIMIT, || viewer.pictures().filter(|count| *count > 0));
-        assert!(begun.is_some(), "a viewer that draws has no picture: {}", viewer.stderr());
+        let begun = wait_for(LIMIT, || viewer.pictures().filter(|count| *count >= WARM_UP));
+        assert!(begun.is_some(), "a viewer that draws has not got warm: {}", viewer.stderr());
     }
     let count = || -> Vec<usize> { drawing.iter().filter_map(|v| v.pictures()).collect() };
     let before = count();
@@ -124,7 +126,7 @@ fn lookers(sandbox: &Sandbox, run: &RunDir, kind: Kind) -> Vec<Looker> {
         Kind::Viewers { drawing } if number < drawing => {
             let folder = sandbox.folder().join(format!("pictures-{number}-{}", monotonic_ns()));
             let name = folder.to_str().expect("a plain name");
-            let arguments = ["--headless", "--frames", name, "--size", "640x360", "--fps", "10"];
+            let arguments = ["--headless", "--frames", name, "--size", "320x180", "--quality", "fast", "--fps", "10"];
             Looker::Drawing(sandbox.start(&viewer(), &arguments), folder)
         }
         Kind::Viewers { .. } => Looker::Viewer(sandbox.start(&viewer(), &["--text", "--interval", "0.02"])),
