@@ -2,6 +2,7 @@
 //!
 //! The flood is this test program once more.
 
+use crate::child::Again;
 use crate::watch::Watch;
 use crate::{LIMIT, alone, assert_no_fault, ended, run, solver_of, summary};
 use protocol::ports::{PortNode, SessionCommandPublisher};
@@ -9,7 +10,6 @@ use protocol::run::RunDir;
 use protocol::session_command::Order;
 use rustix::process::Signal;
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use suture_tests::processes::{Sandbox, binary, wait_for};
 
@@ -17,14 +17,6 @@ const RUN_DIR: &str = "SUTURE_TEST_FLOOD_RUN_DIR";
 /// Commands in a burst, and the pause after it: a thousand times as many as are obeyed.
 const BURST: usize = 64;
 const PAUSE: Duration = Duration::from_millis(1);
-
-struct Flood(Child);
-
-impl Drop for Flood {
-    fn drop(&mut self) {
-        let _gone = self.0.kill().and_then(|()| self.0.wait());
-    }
-}
 
 /// Body of the flood; does nothing in an ordinary test run.
 #[test]
@@ -49,13 +41,7 @@ fn a_flood_of_commands_delays_nobody_elses_and_is_told_once() {
     solver_of(&server);
     let (mut watch, run) = Watch::attach_to_run(&sandbox);
     watch.report(LIMIT, |_| true).expect("the solver reports");
-    let child = Command::new(std::env::current_exe().expect("a test knows its own path"))
-        .args(["--exact", "commands::child_floods_until_it_is_killed", "--nocapture"])
-        .env(RUN_DIR, run.path())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn();
-    let flood = Flood(child.expect("a test can be started twice"));
+    let flood = Again::start("commands::child_floods_until_it_is_killed", RUN_DIR, &run);
     let told = |what: &str| server.stderr().matches(what).count();
     let began = wait_for(LIMIT, || (told("faster than they are obeyed") > 0).then_some(()));
     assert!(began.is_some(), "no flood is told: {}", server.stderr());

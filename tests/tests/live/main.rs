@@ -2,6 +2,7 @@
 //!
 //! Figures of time are not asserted: a loaded machine is no fault of the code. What is asserted are states, counts and exit codes.
 
+mod child;
 mod commands;
 mod paired;
 mod pointer;

@@ -4,6 +4,7 @@
 //! The sender is this test program once more. It sees the targets in `tissue_port` and moves as the synthetic surgeon does; in
 //! the place of the mouse stands that hand, all the rest is the way that a viewer's wishes take.
 
+use crate::child::Again;
 use crate::watch::{Watch, force_n, pulls};
 use crate::{LIMIT, alone, assert_no_fault, ended, run, solver_of, summary};
 use haptic_server::device::HandView;
@@ -16,9 +17,8 @@ use protocol::ports::{PointerHandPublisher, PortNode, TissuePortSubscriber};
 use protocol::run::RunDir;
 use protocol::servo_state::{FLAG_POINTER, ServoState};
 use protocol::wire::Field;
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::Signal;
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use suture_tests::processes::{Sandbox, wait_for};
 
@@ -39,21 +39,15 @@ const STRIDE_NS: u64 = 20_000_000;
 const SWING: f64 = 2.0;
 
 /// A sender that is killed with its guard.
-struct Sender(Child);
+struct Sender(Again);
 
 impl Sender {
     fn start(run: &RunDir) -> Self {
-        let child = Command::new(std::env::current_exe().expect("a test knows its own path"))
-            .args(["--exact", "pointer::child_sends_wishes_until_it_is_killed", "--nocapture"])
-            .env(RUN_DIR, run.path())
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn();
-        Self(child.expect("a test can be started twice"))
+        Self(Again::start("pointer::child_sends_wishes_until_it_is_killed", RUN_DIR, run))
     }
 
     fn signal(&self, signal: Signal) {
-        kill_process(Pid::from_child(&self.0), signal).expect("the sender is there");
+        self.0.signal(signal);
     }
 }
 
@@ -74,12 +68,6 @@ impl Strides {
             self.fastest_m_per_s = self.fastest_m_per_s.max(way_m / (passed_ns as f64 * 1e-9));
             *last = *state;
         }
-    }
-}
-
-impl Drop for Sender {
-    fn drop(&mut self) {
-        let _gone = self.0.kill().and_then(|()| self.0.wait());
     }
 }
 

@@ -3,15 +3,15 @@
 //! Most viewers here are this test program once more: a reader of every topic, as a viewer's feed is. Only the paired
 //! measurement, which is asked for by name, starts the viewer itself.
 
+use crate::child::Again;
 use crate::watch::Watch;
 use crate::{LIMIT, PATIENT_SERVO, alone, assert_no_fault, ended, run, solver_of, summary};
 use protocol::ports::{
     PortError, PortNode, SceneFrameSubscriber, SceneOutlineSubscriber, ServoStateReader, WoundReportSubscriber,
 };
 use protocol::run::RunDir;
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::Signal;
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use suture_tests::processes::{Sandbox, wait_for};
 
@@ -51,27 +51,15 @@ impl Reader {
 }
 
 /// A reader in a process of its own, killed with its guard.
-pub(crate) struct Viewer(Child);
+pub(crate) struct Viewer(Again);
 
 impl Viewer {
     pub(crate) fn start(run: &RunDir) -> Self {
-        let child = Command::new(std::env::current_exe().expect("a test knows its own path"))
-            .args(["--exact", "viewers::child_looks_until_it_is_killed", "--nocapture"])
-            .env(RUN_DIR, run.path())
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn();
-        Self(child.expect("a test can be started many times"))
+        Self(Again::start("viewers::child_looks_until_it_is_killed", RUN_DIR, run))
     }
 
     pub(crate) fn signal(&self, signal: Signal) {
-        kill_process(Pid::from_child(&self.0), signal).expect("the viewer is there");
-    }
-}
-
-impl Drop for Viewer {
-    fn drop(&mut self) {
-        let _gone = self.0.kill().and_then(|()| self.0.wait());
+        self.0.signal(signal);
     }
 }
 
